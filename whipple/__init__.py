@@ -38,8 +38,8 @@ def run_sweep(
     the film of a run.
 
     ``document`` is a mapping or the path of a YAML file. Its ``observations`` may be the path of a table of shots, from
-    the current folder or from that of the YAML file. The folder holds ``cube.nc``,
-    ``runs.csv``, ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
+    the current folder or from that of the YAML file. The folder holds ``cube.nc``, ``runs.csv``, ``report.html``,
+    ``appendix.html`` and ``report.json``; called again with the same folder, it resumes: values on the
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
     is to be replaced (``overwrite``). ``keep`` selects the files kept for each run: ``numbers``, also the ``final``
     state, or also the ``film``, which is then in ``runs/RUN/film.npz``. ``runs.csv`` has the

@@ -8,7 +8,7 @@ from functools import partial
 
 from docs.pages import MADE, plots
 from studies import laws, materials, measurements
-from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot
+from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot, limit_in_words
 from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
 
@@ -120,7 +120,7 @@ def _limit(law: Law, limit: Limit) -> str:
         *([] if derived or limit.source in law.source else [limit.source]),
         *([] if limit.machine_checked else ["not checked"]),
     ]
-    return f"{limit.words} ({', '.join(notes)})" if notes else limit.words
+    return limit_in_words(limit) + (f" ({', '.join(notes)})" if notes else "")
 
 
 def file_of(law: Law) -> str:

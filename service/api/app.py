@@ -22,7 +22,7 @@ from service.api.pages import sweeps as sweep_pages
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
-from service.api.schemas import problem_schemas
+from service.api.schemas import component_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -103,17 +103,17 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog, metrics=metrics, store=store)
     errors.install(app)
-    _add_problem_schemas(app)
+    _add_schemas(app)
     return app
 
 
-def _add_problem_schemas(app: FastAPI) -> None:
-    """Describe problem documents in the OpenAPI document."""
+def _add_schemas(app: FastAPI) -> None:
+    """Describe problem documents and report.json in the OpenAPI document."""
     original = app.openapi
 
     def openapi() -> dict[str, Any]:
         document = original()
-        document["components"]["schemas"] |= problem_schemas()
+        document["components"]["schemas"] |= component_schemas()
         return document
 
     app.openapi = openapi  # type: ignore[method-assign]

@@ -43,7 +43,7 @@ log = logging.getLogger(__name__)
 
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
-JSON = {"schema": {"type": "object"}}
+ANY_OBJECT = {"type": "object"}
 
 Endpoint = Callable[..., Awaitable[Response]]
 
@@ -184,11 +184,18 @@ def _tags(header: str) -> set[str]:
 
 
 def serves(
-    router: APIRouter, path: str, names: tuple[str, ...], description: str, **options: Any
+    router: APIRouter,
+    path: str,
+    names: tuple[str, ...],
+    description: str,
+    *,
+    schema: Mapping[str, str] = ANY_OBJECT,
+    **options: Any,
 ) -> Callable[[Endpoint], Endpoint]:
-    """Add an endpoint for a file that is like one of ``names``."""
+    """Add an endpoint for a file that is like one of ``names``; ``schema`` is that of JSON."""
     types = [media_type_of(name).partition(";")[0] for name in names]
-    content = {name: JSON if name.endswith("json") else TEXT if "text" in name else BINARY for name in types}
+    json = {"schema": {**schema}}
+    content = {name: json if name.endswith("json") else TEXT if "text" in name else BINARY for name in types}
     partial = {"description": "The part that `Range` requests", "content": dict.fromkeys(content, BINARY)}
 
     return router.get(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
 from service.records.jobs import (
@@ -24,6 +24,9 @@ from service.records.jobs import (
     described,
 )
 from studies.quantities.files import ARCHIVE, SWEEP_FILES
+from studies.reports.document import Head
+from studies.reports.schema import schema_of_report
+from studies.reports.section import sections
 from studies.sweeps import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
@@ -82,10 +85,23 @@ class ProblemDocument(Answer):
     )
 
 
-def problem_schemas() -> dict[str, Any]:
-    """The schemas of a problem document, for the components of OpenAPI."""
-    template = "#/components/schemas/{model}"
-    return models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
+COMPONENTS = "#/components/schemas/"
+REPORT = "Report"  # the component of report.json
+REPORT_SCHEMA = {"$ref": f"{COMPONENTS}{REPORT}"}
+
+
+def component_schemas() -> dict[str, Any]:
+    """The schemas of problem documents and of report.json, for the components of OpenAPI."""
+    template = COMPONENTS + "{model}"
+    problems = models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
+    return {**problems, **report_schemas(schema_of_report(sections()))}
+
+
+def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, Any]:
+    """The components of report.json; those of its records begin with "Report.", as others may have their names."""
+    report = adapter.json_schema(mode="serialization", ref_template=f"{COMPONENTS}{REPORT}.{{model}}")
+    records = report.pop("$defs", {})
+    return {REPORT: report, **{f"{REPORT}.{name}": schema for name, schema in records.items()}}
 
 
 # --- sweeps ---------------------------------------------------------------------------------------

@@ -221,6 +221,9 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path, *, ever
         # Parts of a copy that was killed.
         for part in folder.glob(f".{name}.{PART}"):
             part.unlink(missing_ok=True)
+        if name not in sources:  # an earlier version published the sweep
+            (folder / name).unlink(missing_ok=True)
+            continue
         source = sources[ALL_RUNS_CSV if every_column and name == RUNS_CSV else name]
         artifacts.copy_out(source, folder, name)
 

@@ -6,7 +6,7 @@
     DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, sections.npz, log.txt
     DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
     DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, runs.csv, runs-all.csv, report.html,
-                                                         report.json, log.txt
+                                                         appendix.html, report.json, log.txt
 
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which folder counts.
 Paths in rows are relative to DIR and made of ids that the service gave, never of text from users.

@@ -140,8 +140,8 @@ def at_least(keep: Keep) -> frozenset[Keep]:
 class NotFound(WhippleError):
     """Unknown sweep, run or file."""
 
-    def __init__(self, kind: str, id: str):
-        super().__init__(f"no {kind} {id!r}")
+    def __init__(self, kind: str, id: str, cure: str = ""):
+        super().__init__(f"no {kind} {id!r}" + (f"; {cure}" if cure else ""))
         self.kind = kind
         self.id = id
 

@@ -41,10 +41,9 @@ class LawChoice:
     def answer(self, shot: Any | None) -> Any:
         """The answer (studies.laws.LawValue) for a shot; NaN with the reason where the law cannot be asked."""
         if shot is None:
-            return laws.LawValue(math.nan, False, "this run does not describe one shot, or has not ended")
+            return laws.LawValue(math.nan, False, (laws.Reason(laws.Code.NO_SHOT),))
         if self.variant not in self.law.variants(shot):
-            reason = f"{self.variant} is not stated for this material"
-            return laws.LawValue(math.nan, False, reason)
+            return laws.LawValue(math.nan, False, (laws.Reason(laws.Code.NO_VARIANT, names=(self.variant,)),))
         return self.law.evaluate(shot, self.variant)
 
 

@@ -40,7 +40,7 @@ from studies.cubes.variable import (
     Variable,
     variable_name,
 )
-from studies.laws import FITTED
+from studies.laws import Code, Reason
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
 from studies.quantities.parameters import Parameter
@@ -338,7 +338,7 @@ def _observed(quantity: Quantity, mine: np.ndarray, shots: np.ndarray, catalogue
             if observed is None or observed.shot is None or observed.value is None:
                 continue
             if choices[place].law.is_fitted_to(observed.shot, observed.value):
-                asked[number, place] = replace(answer, reason=FITTED)
+                asked[number, place] = replace(answer, reasons=(Reason(Code.FITTED),))
         for variable in declared.OF_ANSWERS_AT_OBSERVATIONS:
             yield _column(variable.filled(quantity), asked)
 

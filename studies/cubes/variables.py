@@ -15,6 +15,7 @@ from typing import Any
 
 from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
+from studies.laws import SPEED, THICKNESS_RATIO, RangeStatus, in_words, range_in_words
 from studies.quantities.parameters import Parameter
 
 SCHEMA_VERSION = 5
@@ -45,6 +46,7 @@ RUN_FLAGS = (
     "discarded_particles",
 )
 IN_RANGE = ("outside_range", "inside_range")
+HAS_RANGE = ("not_stated", "stated")
 VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
 
 
@@ -409,10 +411,19 @@ BY_LAW_IN_RANGE = Variable(
     meanings=IN_RANGE,
     label="{words}, in range",
 )
+BY_LAW_STATUS = Variable(
+    "{quantity}_by_law_range_status",
+    "how the answer stands to the range of the law",
+    lambda answer: answer.status,
+    (*POINTS, LAW),
+    kind="flag",
+    meanings=tuple(RangeStatus),
+    label="{words}, range status",
+)
 BY_LAW_REASON = Variable(
     "{quantity}_by_law_reason",
     "why the law is outside its range or has no answer",
-    lambda answer: answer.reason,
+    lambda answer: in_words(answer.reasons),
     (*POINTS, LAW),
     kind="text",
     label="{words}, law reason",
@@ -422,7 +433,36 @@ LAW_NAME = _text_of_law("{quantity}_law_name", "name of the law", lambda each: e
 LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda each: each.law.title)
 LAW_EQUATION = _text_of_law("{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation)
 LAW_SOURCE = _text_of_law("{quantity}_law_source", "source of the law", lambda each: each.law.source)
-LAW_RANGE = _text_of_law("{quantity}_law_range", "range of validity", lambda choice: choice.law.range.words)
+LAW_RANGE = _text_of_law("{quantity}_law_range", "range of validity", lambda choice: range_in_words(choice.law.range))
+LAW_HAS_RANGE = Variable(
+    "{quantity}_law_has_range",
+    "whether the source of the law states a range",
+    lambda choice: HAS_RANGE[choice.law.range.is_published],
+    (LAW,),
+    kind="flag",
+    meanings=HAS_RANGE,
+    label="range stated by the source",
+)
+
+
+def _bounds(name: str, meaning: str, symbol: str, unit: str) -> tuple[Variable, Variable]:
+    """The smallest and the largest number of a shot that the sources of a law's range state."""
+    low, high = (
+        Variable(
+            f"{{quantity}}_law_{name}_{bound}",
+            f"{bound} bound of the {meaning} that a source of the law states; NaN: none",
+            lambda choice, place=place: choice.law.range.bounds(symbol)[place],  # type: ignore[misc]
+            (LAW,),
+            unit,
+            label=f"{meaning}, {bound} bound of the law",
+        )
+        for place, bound in enumerate(("lower", "upper"))
+    )
+    return low, high
+
+
+LAW_SPEEDS = _bounds("speed", "speed", SPEED, "m s-1")
+LAW_THICKNESS_RATIOS = _bounds("thickness_ratio", "t/d", THICKNESS_RATIO, "1")
 LAW_CONFIDENCE = _text_of_law(
     "{quantity}_law_confidence", "confidence in the equation", lambda each: EQUATION + each.law.confidence
 )
@@ -434,8 +474,11 @@ LAW_SCATTER = Variable(
     "1",
     label="relative scatter about the law",
 )
-OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)
-OF_LAWS = (LAW_VARIANT, LAW_NAME, LAW_TITLE, LAW_EQUATION, LAW_SOURCE, LAW_RANGE, LAW_CONFIDENCE, LAW_SCATTER)
+OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_STATUS, BY_LAW_REASON)
+OF_LAWS = (
+    *(LAW_VARIANT, LAW_NAME, LAW_TITLE, LAW_EQUATION, LAW_SOURCE, LAW_RANGE, LAW_HAS_RANGE),
+    *(*LAW_SPEEDS, *LAW_THICKNESS_RATIOS, LAW_CONFIDENCE, LAW_SCATTER),
+)
 
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
@@ -507,6 +550,12 @@ BY_LAW_AT_OBSERVATION = _at_observation(
 BY_LAW_AT_OBSERVATION_IN_RANGE = _at_observation(
     BY_LAW_IN_RANGE, name="{quantity}_by_law_at_observation_in_range", group="observation"
 )
+BY_LAW_AT_OBSERVATION_STATUS = _at_observation(
+    BY_LAW_STATUS,
+    name="{quantity}_by_law_at_observation_range_status",
+    meaning="how the answer for each shot stands to the range of the law",
+    label="{words}, shot range status",
+)
 BY_LAW_AT_OBSERVATION_REASON = _at_observation(
     BY_LAW_REASON,
     name="{quantity}_by_law_at_observation_reason",
@@ -514,4 +563,7 @@ BY_LAW_AT_OBSERVATION_REASON = _at_observation(
     label="{words}, shot reason",
 )
 OF_OBSERVED_LAWS = (OBSERVED_LAW_LABEL, OBSERVED_LAW_TITLE, OBSERVED_LAW_CONFIDENCE)
-OF_ANSWERS_AT_OBSERVATIONS = (BY_LAW_AT_OBSERVATION, BY_LAW_AT_OBSERVATION_IN_RANGE, BY_LAW_AT_OBSERVATION_REASON)
+OF_ANSWERS_AT_OBSERVATIONS = (
+    *(BY_LAW_AT_OBSERVATION, BY_LAW_AT_OBSERVATION_IN_RANGE),
+    *(BY_LAW_AT_OBSERVATION_STATUS, BY_LAW_AT_OBSERVATION_REASON),
+)

@@ -20,27 +20,34 @@ from typing import Any
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
+from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeStatus, Reason
 from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
+from studies.laws._words import in_words, limit_in_words, range_in_words
 from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
     "CAVEATS",
     "DRAWN_ONLY",
     "NOT_FOUND",
-    "NO_RANGE",
-    "OTHER_MATERIAL",
+    "SPEED",
+    "THICKNESS_RATIO",
+    "Code",
     "FurtherBumper",
     "Law",
     "LawValue",
     "Limit",
     "Range",
+    "RangeStatus",
+    "Reason",
     "Shield",
     "Shot",
     "aluminium",
     "answering",
+    "in_words",
+    "limit_in_words",
     "load",
     "names",
+    "range_in_words",
     "shot_from",
     "shot_of",
 ]
@@ -65,8 +72,6 @@ DESCRIBED = (
     *("name", "title", "quantity", "equation", "source", "confidence", "use"),
     *("scatter", "size_exponent", "largest_obliquity"),
 )
-# Why a law is not judged by a measured shot.
-FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
 # What a verdict says was not checked of a law, and by whom.
 CAVEATS: Mapping[str, str] = {
@@ -81,7 +86,19 @@ class LawValue:
 
     value: Metre  # or its power, of a volume; NaN where the law is meaningless
     in_range: bool  # within every limit that can be checked
-    reason: str  # why it is out of range, or meaningless; empty otherwise
+    reasons: tuple[Reason, ...] = ()  # why it is out of range, or meaningless
+
+    @property
+    def status(self) -> RangeStatus:
+        """How the answer stands to the range."""
+        codes = {reason.code for reason in self.reasons}
+        if Code.FITTED in codes:
+            return RangeStatus.FITTED
+        if codes & {Code.TARGET_FAMILY, Code.WALL_FAMILY}:
+            return RangeStatus.OTHER_MATERIAL
+        if math.isnan(self.value):
+            return RangeStatus.NO_ANSWER
+        return RangeStatus.INSIDE if self.in_range else RangeStatus.OUTSIDE_RANGE
 
 
 @dataclass(frozen=True)
@@ -116,7 +133,7 @@ class Law:
     # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant: a number.
     ratio: Callable[[Shot, str], Any]
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
-    meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
+    meaningless: Callable[[Shot, str], Reason | None] = lambda shot, variant: None  # why it has no answer
     # For laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing.
     wider_than_projectile: bool = False
 
@@ -124,14 +141,16 @@ class Law:
         """The law's answer for one shot, with one of its variants."""
         reason = self.meaningless(shot, variant)
         if reason:
-            return LawValue(math.nan, False, reason)
+            return LawValue(math.nan, False, (reason,))
         ratio = float(self.ratio(shot, variant))
         if self.wider_than_projectile and ratio < 1.0:  # NaN is for the range to explain
-            reason = f"D/d = {ratio:.3g} is narrower than the projectile: no physical meaning for this shot"
-            return LawValue(math.nan, False, reason)
+            return LawValue(math.nan, False, (Reason(Code.NARROWER_THAN_PROJECTILE, "D/d", ratio, low=1.0),))
         value = ratio * shot.projectile_diameter**self.dimension
-        reasons = self.range.reasons(shot) + self._oblique(shot)
-        return LawValue(value, not reasons, "; ".join(reasons))
+        reasons = self.range.reasons(shot)
+        if shot.obliquity > self.largest_obliquity:
+            high = self.largest_obliquity
+            reasons = (*reasons, Reason(Code.OBLIQUITY, "theta", shot.obliquity, high=high, unit="rad"))
+        return LawValue(value, not reasons, reasons)
 
     def is_fitted_to(self, shot: Shot, value: float) -> bool:
         """Whether a measured shot is, to the digits that tables print, one that a constant was fitted to."""
@@ -157,22 +176,29 @@ class Law:
     def describe(self) -> dict[str, Any]:
         """The law as plain values, for a catalogue."""
         plain = {name: getattr(self, name) for name in DESCRIBED}
-        return {**plain, "range": self.range.describe()}
-
-    def _oblique(self, shot: Shot) -> list[str]:
-        """Why the obliquity of a shot is outside the range."""
-        if shot.obliquity <= self.largest_obliquity:
-            return []
-        largest = math.degrees(self.largest_obliquity)
-        limit = f"up to {largest:.3g} deg" if largest else "normal impact"
-        return [f"for {limit}, the shot is {math.degrees(shot.obliquity):.3g} deg oblique"]
+        return {**plain, "range": [_plain(limit) for limit in self.range.every]}
 
 
-def without_hardness(shot: Shot, variant: str = "") -> str:
+def _plain(limit: Limit) -> dict[str, Any]:
+    """A limit as plain values, for a catalogue; None for a bound that is none."""
+    return {
+        "words": limit_in_words(limit),
+        "code": limit.code,
+        "symbol": limit.symbol,
+        "low": limit.low if math.isfinite(limit.low) else None,
+        "high": limit.high if math.isfinite(limit.high) else None,
+        "unit": limit.unit,
+        "names": limit.names,
+        "source": limit.source,
+        "machine_checked": limit.machine_checked,
+    }
+
+
+def without_hardness(shot: Shot, variant: str = "") -> Reason | None:
     """For the laws with the Brinell hardness of the target: the reason where the material states none."""
     if not math.isnan(shot.brinell_hardness):
-        return ""
-    return f"the material {shot.target.name} states no Brinell hardness"
+        return None
+    return Reason(Code.NO_HARDNESS, found={"target": shot.target.name})
 
 
 def names() -> list[str]:

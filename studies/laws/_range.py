@@ -1,44 +1,102 @@
-"""The range of a law: limits, each with words, its source, and a check where one is possible."""
+"""The range of a law as records: its limits, and the reasons why a shot is outside; ``_words`` puts them into words."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from types import MappingProxyType
 
 from studies.laws._shot import Shot
 
 # In place of the source of a limit that none states. Such a limit is what is commonly quoted: it marks, and says so.
 NOT_FOUND = "source not found"
-# How the words of a range begin where no limit is one that the law's source states: reports read it in cubes.
-NO_RANGE = "no range stated by its source"
-# Sources of limits that follow from the equation or from what it is about, and that no source states as a range.
-DERIVED = ("computed from", "the law is about", "the equation is about", "the definition of")
-
 ROUND_OFF = 1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
+SPEED, THICKNESS_RATIO = "v", "t/d"  # symbols of numbers between bounds
+
+
+class Code(StrEnum):
+    """Kinds of limits, and of reasons why a law is outside of them or has no answer."""
+
+    BETWEEN = "between"  # a number of the shot between two bounds
+    LIKE_ON_LIKE = "like_on_like"  # projectile and target of one family of materials
+    TARGET_FAMILY = "target_family"
+    WALL_FAMILY = "wall_family"  # of what stands behind a bumper
+    MATERIALS = "materials"  # those of the shots of a fit
+    PLATE = "plate"  # a target with a back face
+    SHIELD = "shield"
+    TWO_WALLS = "two_walls"
+    THREE_WALLS = "three_walls"
+    PROJECTILE_DENSITY = "projectile_density"
+    WIDER_THAN_PROJECTILE = "wider_than_projectile"  # speeds at which the hole is wider than the projectile
+    STATED = "stated"  # what a source says of its shots, which no shot is checked against
+    # Of reasons alone.
+    OBLIQUITY = "obliquity"
+    NARROWER_THAN_PROJECTILE = "narrower_than_projectile"
+    NO_HARDNESS = "no_hardness"  # the target states no Brinell hardness
+    NO_YIELD_STRESS = "no_yield_stress"  # the wall states none
+    NO_VARIANT = "no_variant"  # the target does not state the constant of this variant
+    NO_VALUE = "no_value"  # the form of a fit has none here
+    NO_SHOT = "no_shot"  # the run describes none
+    FITTED = "fitted"  # a constant of the law is fitted to the shot
+
+
+class RangeStatus(StrEnum):
+    """How an answer stands to the range of its law."""
+
+    INSIDE = "inside"
+    OUTSIDE_RANGE = "outside_range"
+    OTHER_MATERIAL = "other_material"  # the law is for another material than the target's or a wall's
+    NO_ANSWER = "no_answer"
+    FITTED = "fitted"
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why a shot is outside of a limit, or a law has no answer for it."""
+
+    code: Code
+    symbol: str = ""  # of the number that is outside: "v"
+    value: float = math.nan  # of the shot, in ``unit``; NaN where it is not defined
+    low: float = -math.inf
+    high: float = math.inf
+    unit: str = "1"  # SI
+    names: tuple[str, ...] = ()  # of the limit: families or materials
+    found: Mapping[str, str] = field(default_factory=dict)  # what the shot has instead, by role
+    source: str = ""  # of the limit; empty where there is no answer
 
 
 @dataclass(frozen=True)
 class Limit:
     """One limit of a law's range."""
 
-    words: str  # "like on like"
+    code: Code
     source: str  # where the limit is stated, or NOT_FOUND
-    outside: Callable[[Shot], str] | None = field(default=None, repr=False)  # the reason, or ""
+    symbol: str = ""  # of a number between bounds
+    low: float = -math.inf  # inclusive, in ``unit``; an infinite bound is none
+    high: float = math.inf
+    unit: str = "1"  # SI
+    names: tuple[str, ...] = ()  # families or materials, or what the source says of its shots
+    is_derived: bool = False  # from the equation or from what it is about: no source states it as a range
+    check: Callable[["Limit", Shot], Reason | None] | None = field(default=None, repr=False)
 
     @property
     def is_published(self) -> bool:
         """Whether a source states this limit."""
-        return self.source != NOT_FOUND and not self.source.startswith(DERIVED)
+        return self.source != NOT_FOUND and not self.is_derived
 
     @property
     def machine_checked(self) -> bool:
         """Whether a shot is checked against this limit, or only the reader is told."""
-        return self.outside is not None
+        return self.check is not None
 
-    def reason(self, shot: Shot) -> str:
-        """Why a shot lies outside, with the source of the limit; empty inside, and where nothing is checked."""
-        reason = self.outside(shot) if self.outside else ""
-        return f"{reason} ({self.source})" if reason else ""
+    def reason(self, shot: Shot) -> Reason | None:
+        """Why a shot lies outside, with the source of the limit; None inside, and where nothing is checked."""
+        reason = self.check(self, shot) if self.check else None
+        return reason and replace(reason, source=self.source)
+
+    def broken(self, value: float = math.nan, found: Mapping[str, str] = MappingProxyType({})) -> Reason:
+        """The reason of a shot that has another number, or something else by role."""
+        return Reason(self.code, self.symbol, value, self.low, self.high, self.unit, self.names, found)
 
 
 class Range:
@@ -50,108 +108,84 @@ class Range:
         self.every = (*limits, projectile or length_ratio(0.5, 2.0, NOT_FOUND))
 
     @property
-    def words(self) -> str:
-        """All limits as one text, after the words that no source states any, where none does."""
-        limits = "; ".join(_words(limit) for limit in self.every)
-        return limits if self.is_published else f"{NO_RANGE}: {limits}"
-
-    @property
     def is_published(self) -> bool:
         """Whether a source states any of the limits."""
         return any(limit.is_published for limit in self.every)
 
-    def reasons(self, shot: Shot) -> list[str]:
-        """Why a shot lies outside; empty inside."""
-        reasons = (limit.reason(shot) for limit in self.every)
-        return [reason for reason in reasons if reason]
+    def bounds(self, symbol: str) -> tuple[float, float]:
+        """The bounds, SI, that sources state of a number; NaN for one that none states."""
+        mine = [limit for limit in self.limits if limit.symbol == symbol and limit.is_published]
+        low = max((limit.low for limit in mine), default=math.nan)
+        high = min((limit.high for limit in mine), default=math.nan)
+        return low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan
 
-    def describe(self) -> list[dict[str, Any]]:
-        """The limits as plain values, for a catalogue."""
-        return [
-            {"words": limit.words, "source": limit.source, "machine_checked": limit.machine_checked}
-            for limit in self.every
-        ]
+    def reasons(self, shot: Shot) -> tuple[Reason, ...]:
+        """Why a shot lies outside; empty inside."""
+        return tuple(reason for limit in self.every if (reason := limit.reason(shot)))
+
+
+def stated(text: str, source: str, *, is_derived: bool = False) -> Limit:
+    """What a source says of its shots, for the reader alone."""
+    return Limit(Code.STATED, source, names=(text,), is_derived=is_derived)
 
 
 def like_on_like(source: str) -> Limit:
     """Projectile and target of the same family of materials."""
 
-    def outside(shot: Shot) -> str:
+    def check(limit: Limit, shot: Shot) -> Reason | None:
         projectile, target = shot.projectile.family, shot.target.family
-        return "" if projectile == target else f"{projectile} on {target} is not like on like"
+        return None if projectile == target else limit.broken(found={"projectile": projectile, "target": target})
 
-    return Limit("like on like", source, outside)
-
-
-# How the reason begins where a law is for another material than the target's: reports read it in cubes.
-OTHER_MATERIAL = "calibrated on "
+    return Limit(Code.LIKE_ON_LIKE, source, check=check)
 
 
-def family(name: str, source: str) -> Limit:
+def family(name: str, source: str, *, is_derived: bool = False) -> Limit:
     """A target of one family of materials."""
 
-    def outside(shot: Shot) -> str:
-        family = shot.target.family
-        return "" if family == name else f"{OTHER_MATERIAL}{name}, the target is {family}"
+    def check(limit: Limit, shot: Shot) -> Reason | None:
+        return None if shot.target.family == name else limit.broken(found={"target": shot.target.family})
 
-    return Limit(f"{name} target", source, outside)
+    return Limit(Code.TARGET_FAMILY, source, names=(name,), is_derived=is_derived, check=check)
 
 
 def speed(minimum: float, maximum: float, source: str) -> Limit:
     """Impact speed in km/s."""
-    return between("v", lambda shot: shot.speed / 1e3, (minimum, maximum), "km/s", source)
+    return between(SPEED, lambda shot: shot.speed, (1e3 * minimum, 1e3 * maximum), source, "m s-1")
 
 
 def thickness_ratio(minimum: float, maximum: float, source: str) -> Limit:
     """Plate thickness over projectile diameter."""
-    return between("t/d", lambda shot: shot.thickness_ratio, (minimum, maximum), "", source)
+    return between(THICKNESS_RATIO, lambda shot: shot.thickness_ratio, (minimum, maximum), source)
 
 
 def length_ratio(minimum: float, maximum: float, source: str) -> Limit:
     """Length of the projectile over its diameter."""
-    bounds = (minimum, maximum)
-    return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", source)
+    return between("projectile L/d", lambda shot: shot.length_ratio, (minimum, maximum), source)
 
 
-def between(symbol: str, of: Callable[[Shot], float], bounds: tuple[float, float], unit: str, source: str) -> Limit:
-    """A number of the shot between two bounds, inclusive; an infinite bound is none."""
-    low, high = bounds
-    unit = f" {unit}" if unit else ""
+def density_ratio(minimum: float, maximum: float, source: str, *, is_derived: bool = False) -> Limit:
+    """Density of the projectile over that of the target."""
+    limit = between("rho_p/rho_t", lambda shot: shot.density_ratio, (minimum, maximum), source)
+    return replace(limit, is_derived=is_derived)
 
-    def outside(shot: Shot) -> str:
+
+def between(
+    symbol: str, of: Callable[[Shot], float], bounds: tuple[float, float], source: str, unit: str = "1"
+) -> Limit:
+    """A number of the shot, SI, between two bounds, inclusive; an infinite bound is none."""
+
+    def check(limit: Limit, shot: Shot) -> Reason | None:
         value = of(shot)
-        if value < low * (1.0 - ROUND_OFF):
-            return f"{symbol} = {value:.3g}{unit} is below {low:g}{unit}"
-        if value > high * (1.0 + ROUND_OFF):
-            return f"{symbol} = {value:.3g}{unit} is above {high:g}{unit}"
-        return "" if math.isfinite(value) else f"{symbol} is not defined for this shot"
+        inside = limit.low * (1.0 - ROUND_OFF) <= value <= limit.high * (1.0 + ROUND_OFF)
+        return None if inside and math.isfinite(value) else limit.broken(value)
 
-    return Limit(_interval(symbol, low, high, unit), source, outside)
+    return Limit(Code.BETWEEN, source, symbol, *bounds, unit, check=check)
 
 
 def plate() -> Limit:
     """A target with a back face."""
 
-    def outside(shot: Shot) -> str:
-        return "" if shot.plate_thickness else "t/d is not defined for this shot"
+    def check(limit: Limit, shot: Shot) -> Reason | None:
+        return None if shot.plate_thickness else limit.broken()
 
-    return Limit("a plate with a back face", "the law is about holes", outside)
-
-
-def density_ratio(minimum: float, maximum: float, source: str) -> Limit:
-    """Density of the projectile over that of the target."""
-    bounds = (minimum, maximum)
-    return between("rho_p/rho_t", lambda shot: shot.density_ratio, bounds, "", source)
-
-
-def _interval(symbol: str, low: float, high: float, unit: str) -> str:
-    below = f"{low:.3g} <= " if low > 0.0 else ""
-    above = f" <= {high:.3g}" if math.isfinite(high) else ""
-    if above:
-        return f"{below}{symbol}{above}{unit}"
-    return f"{symbol} >= {low:g}{unit}"
-
-
-def _words(limit: Limit) -> str:
-    checked = "checked" if limit.machine_checked else "not checked"
-    return f"{limit.words} ({limit.source}; {checked})"
+    return Limit(Code.PLATE, "the law is about holes", is_derived=True, check=check)

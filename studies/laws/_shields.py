@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import FurtherBumper, Law, Shield, Shot
+from studies.laws import Code, FurtherBumper, Law, Reason, Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
-from studies.laws._range import OTHER_MATERIAL, Limit, Range, family
+from studies.laws._range import Limit, Range, family, stated
 from studies.quantities.roots import root_between
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
 # The equations take 65 deg beyond it.
 STEEPEST = 65.0  # deg
-DENSEST = 2.9  # g/cm3: no alloy of aluminium is denser
+DENSEST = 2900.0  # kg/m3: no alloy of aluminium is denser
 # Denser spheres melt at higher speeds, so that their fast limb begins later than 7 km/s. How it moves between the
 # densities of aluminium and of steel is not published, and no equation here knows it.
 HEAVY = "above 6 g/cm3 the fast limb begins at 9.1 km/s: NASA/TM-2014-218268, known second-hand"
@@ -138,44 +138,46 @@ def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
     return np.reshape([CENTIMETRE * critical(each) for each in np.ravel(speeds)], speeds.shape)
 
 
-def without_shield(shot: Shot, variant: str = "") -> str:
-    """Why a shot has no critical diameter of two walls; empty where it meets a shield of two."""
+def without_shield(shot: Shot, variant: str = "") -> Reason | None:
+    """Why a shot has no critical diameter of two walls; None where it meets a shield of two."""
     if shot.shield is None:
-        return "the target is no Whipple shield"
+        return Reason(Code.SHIELD)
     if shot.shield.further_bumpers:
-        return "the equation is for two walls, the shield has a second bumper"
+        return Reason(Code.TWO_WALLS)
     return without_yield_stress(shot.shield)
 
 
-def without_yield_stress(shield: Shield) -> str:
-    """Why an equation that takes the strength of the wall has no answer; empty where it is known."""
-    return "the material of the wall states no yield stress" if math.isnan(shield.wall_yield_stress) else ""
+def without_yield_stress(shield: Shield) -> Reason | None:
+    """Why an equation that takes the strength of the wall has no answer; None where it is known."""
+    return Reason(Code.NO_YIELD_STRESS) if math.isnan(shield.wall_yield_stress) else None
 
 
 def range_of(
     source: str,
     *limits: Limit,
     fails: str = "perforated or with detached spall",
-    walls: Callable[[Shot], str] = without_shield,
+    walls: Callable[[Shot], Reason | None] = without_shield,
 ) -> Range:
     """Bumper and wall of aluminium; ``fails`` says which wall has failed."""
     return Range(
         family("aluminium", source),
-        Limit("a Whipple shield", "the equation is about bumper and wall", walls),
-        Limit("wall of aluminium", source, _other_metal),
-        Limit(f"projectile no denser than aluminium ({DENSEST} g/cm3)", HEAVY, _heavy_projectile),
-        Limit(fails, source),
+        Limit(
+            Code.SHIELD, "the equation is about bumper and wall", is_derived=True, check=lambda limit, shot: walls(shot)
+        ),
+        Limit(Code.WALL_FAMILY, source, names=("aluminium",), check=_other_metal),
+        Limit(Code.PROJECTILE_DENSITY, HEAVY, "rho_p", high=DENSEST, unit="kg m-3", check=_heavy_projectile),
+        stated(fails, source),
         *limits,
     )
 
 
-def _heavy_projectile(shot: Shot) -> str:
+def _heavy_projectile(limit: Limit, shot: Shot) -> Reason | None:
     """Why the debris of a projectile is not the one that an equation's fast limb is for."""
-    density = shot.projectile.density / GRAM_PER_CUBIC_CENTIMETRE
-    return f"rho_p = {density:.3g} g/cm3 is above {DENSEST} g/cm3, that of aluminium" if density > DENSEST else ""
+    density = shot.projectile.density
+    return limit.broken(density) if density > limit.high else None
 
 
-def _other_metal(shot: Shot) -> str:
+def _other_metal(limit: Limit, shot: Shot) -> Reason | None:
     """Why what stands behind the bumper is not what an equation is for."""
     behind = shot.shield.of_other_metal if shot.shield else {}
-    return ", ".join(f"{OTHER_MATERIAL}aluminium, the {name} is {family}" for name, family in behind.items())
+    return limit.broken(found=behind) if behind else None

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, Limit, plate, speed
+from studies.laws._range import NOT_FOUND, plate, speed, stated
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
@@ -31,7 +31,7 @@ LAW = Law(
     ),
     source="Carey, McDonnell and Dixon (1985), as recalled",
     confidence="memory",
-    range=Range(speed(2.0, 20.0, NOT_FOUND), plate(), Limit("foils", NOT_FOUND)),
+    range=Range(speed(2.0, 20.0, NOT_FOUND), plate(), stated("foils", NOT_FOUND)),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
     wider_than_projectile=True,
 )

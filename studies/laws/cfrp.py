@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
 from studies.laws._handbook import GRAM_PER_CUBIC_CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND, RYAN
-from studies.laws._range import Limit, family, speed
+from studies.laws._range import family, speed, stated
 
 # Constants with the root of the density ratio (2011), and with that of the projectile's density in g/cm3 (2009).
 NEW, OLD = "Eq. 15 of 2011", "Eq. 4-13 of 2009"
@@ -42,7 +42,7 @@ LAW = Law(
     ),
     source=f"{RYAN}, 245, Eq. 15; {HANDBOOK}, Eq. 4-13 without insulation",
     confidence="verified",
-    range=Range(family("cfrp", RYAN), speed(5.8, 6.6, RYAN), Limit("quasi-isotropic laminate of 3.8 mm", RYAN)),
+    range=Range(family("cfrp", RYAN), speed(5.8, 6.6, RYAN), stated("quasi-isotropic laminate of 3.8 mm", RYAN)),
     ratio=_ratio,
     variants=lambda shot: list(CONSTANTS),
 )

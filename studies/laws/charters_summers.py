@@ -6,7 +6,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
-from studies.laws._range import NOT_FOUND, Limit, between, density_ratio, speed
+from studies.laws._range import NOT_FOUND, between, density_ratio, speed, stated
 
 COUR_PALAIS = "Cour-Palais (1987), Int. J. Impact Eng. 5, p. 225"
 
@@ -32,11 +32,11 @@ LAW = Law(
     source="Summers and Charters (1959), Third Symposium on Hypervelocity Impact",
     confidence="cross-checked",
     range=Range(
-        between("v/C", lambda shot: shot.speed / shot.target.sound_speed, (1.0, math.inf), "", NOT_FOUND),
+        between("v/C", lambda shot: shot.speed / shot.target.sound_speed, (1.0, math.inf), NOT_FOUND),
         # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
         speed(0.0, 16.0, COUR_PALAIS),
         density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
-        Limit("metals", NOT_FOUND),
+        stated("metals", NOT_FOUND),
     ),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

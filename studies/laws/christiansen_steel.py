@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, Limit, family
+from studies.laws._range import NOT_FOUND, family, stated
 
 SIZE_EXPONENT = 19.0 / 18.0
 # Eq. 4-10 prints 0.434, with which Eq. 4-12 would not have its 1.57; Ryan and Christiansen (2011) print 0.345.
@@ -34,6 +34,6 @@ LAW = Law(
     source=f"Christiansen et al. (2009), {HANDBOOK}, Eq. 4-10, with the constant of Eq. 4-12",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range(family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)),
+    range=Range(family("steel", HANDBOOK), stated("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio),
 )

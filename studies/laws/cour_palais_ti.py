@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, without_hardness
 from studies.laws._handbook import HANDBOOK, RYAN
-from studies.laws._range import Limit, family, speed
+from studies.laws._range import family, speed, stated
 
 
 def depth_ratio(
@@ -31,7 +31,7 @@ LAW = Law(
     equation="p/d = 5.24 H^(-1/4) (rho_p/rho_t)^(1/2) (v/C)^(2/3), H: BHN",
     source=f"{RYAN}, 245, Eq. 11; {HANDBOOK}, Eq. 4-7",
     confidence="verified",
-    range=Range(family("titanium", RYAN), speed(6.4, 7.0, RYAN), Limit("Ti-15V-3Cr-3Sn-3Al", RYAN)),
+    range=Range(family("titanium", RYAN), speed(6.4, 7.0, RYAN), stated("Ti-15V-3Cr-3Sn-3Al", RYAN)),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness),
     meaningless=without_hardness,
 )

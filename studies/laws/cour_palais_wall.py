@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shot, cour_palais, without_hardness
+from studies.laws import Code, Law, Reason, Shot, cour_palais, without_hardness
 from studies.laws._handbook import CENTIMETRE, HANDBOOK
 from studies.laws._range import Range, plate
 from studies.laws.plates import ALUMINIUM as FACTORS
@@ -37,8 +37,8 @@ def _ratio(shot: Shot, variant: str) -> float:
     return float(diameter / shot.projectile_diameter)
 
 
-def _without_plate(shot: Shot, variant: str = "") -> str:
-    return without_hardness(shot) if shot.plate_thickness else "the target is no plate with a back face"
+def _without_plate(shot: Shot, variant: str = "") -> Reason | None:
+    return without_hardness(shot) if shot.plate_thickness else Reason(Code.PLATE)
 
 
 LAW = Law(

@@ -3,7 +3,7 @@
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, charters_summers
-from studies.laws._range import Limit
+from studies.laws._range import stated
 
 
 def diameter_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -27,7 +27,7 @@ LAW = Law(
     confidence="indicative",
     range=Range(
         *charters_summers.LAW.range.limits,
-        Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
+        stated("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
     ),
     ratio=lambda shot, _: diameter_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

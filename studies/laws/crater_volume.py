@@ -4,7 +4,7 @@ from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, crater_two_thirds
-from studies.laws._range import Limit
+from studies.laws._range import stated
 
 # A hemisphere of 14 mm for 0.5 g of copper at 6.0 km/s, Ma (2005), Table 3.3.
 FITTED_CONSTANT = 0.639e-9  # m3/J
@@ -32,6 +32,6 @@ LAW = Law(
     confidence="computed",
     dimension=3,
     size_exponent=3.0,
-    range=Range(*crater_two_thirds.LAW.range.limits, Limit("hemispheres", "the constant of the fit")),
+    range=Range(*crater_two_thirds.LAW.range.limits, stated("hemispheres", "the constant of the fit")),
     ratio=lambda shot, _: volume_ratio(shot.speed, shot.projectile.density),
 )

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, COUR_PALAIS, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
-from studies.laws._range import Limit, family, speed
+from studies.laws._range import family, speed, stated
 
 CONSTANTS: Mapping[str, float] = {"2024-T3": 0.54, "1100-O": 0.52}
 OF_MASS = 0.352
@@ -44,7 +44,7 @@ LAW = Law(
     range=Range(
         family("aluminium", f"{COUR_PALAIS}, Eq. 3"),
         speed(0.0, 8.5, f"{COUR_PALAIS}, Eq. 3"),
-        Limit("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
+        stated("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
     ),
     ratio=lambda shot, variant: thickness_ratio(
         shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]

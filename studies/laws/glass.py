@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, RYAN
-from studies.laws._range import NOT_FOUND, Limit, family
+from studies.laws._range import NOT_FOUND, family, stated
 
 SIZE_EXPONENT = 19.0 / 18.0
 CONSTANTS: Mapping[str, float] = {"fused silica": 0.53, "fused quartz": 0.758}
@@ -38,7 +38,7 @@ LAW = Law(
     source=f"{RYAN}, 245, Eq. 19",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range(family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND)),
+    range=Range(family("glass", RYAN), stated("speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, variant: depth_ratio(
         shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]
     ),

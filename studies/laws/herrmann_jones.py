@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, without_hardness
 from studies.laws._handbook import BRINELL
-from studies.laws._range import NOT_FOUND, Limit, speed
+from studies.laws._range import NOT_FOUND, speed, stated
 
 
 def depth_ratio(
@@ -35,7 +35,7 @@ LAW = Law(
     ),
     source="Herrmann and Jones (1961)",
     confidence="cross-checked",
-    range=Range(speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND)),
+    range=Range(speed(1.0, 8.0, NOT_FOUND), stated("metals", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.density, shot.brinell_hardness),
     meaningless=without_hardness,
 )

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
-from studies.laws._range import NOT_FOUND, Limit, plate
+from studies.laws._range import NOT_FOUND, plate, stated
 
 
 def hole_ratio(
@@ -41,7 +41,7 @@ LAW = Law(
         "Impact Eng. 30, 303, by its variables"
     ),
     confidence="cross-checked",
-    range=Range(plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND)),
+    range=Range(plate(), stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: hole_ratio(
         shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed, shot.projectile.sound_speed
     ),

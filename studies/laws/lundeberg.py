@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
-from studies.laws._range import NOT_FOUND, Limit, density_ratio, plate
+from studies.laws._range import NOT_FOUND, density_ratio, plate, stated
 
 OF_DENSITY = 0.0308
 
@@ -32,9 +32,9 @@ LAW = Law(
     source="Lundeberg, Stern and Bristow (1965), NASA CR-54201",
     confidence="cross-checked",
     range=Range(
-        density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
+        density_ratio(OF_DENSITY, float("inf"), "computed from the equation", is_derived=True),
         plate(),
-        Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
+        stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

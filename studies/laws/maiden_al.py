@@ -31,7 +31,7 @@ LAW = Law(
     range=Range(
         like_on_like("Ma (2005), section 1.2.1"),
         # 0.45 is 2.40 / 5.35, the general form with the sound speed of aluminium.
-        family("aluminium", "computed from the constant"),
+        family("aluminium", "computed from the constant", is_derived=True),
         speed(0.0, 8.0, NOT_FOUND),
         thickness_ratio(0.0, 0.5, NOT_FOUND),
     ),

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
-from studies.laws._range import NOT_FOUND, Limit, like_on_like, speed, thickness_ratio
+from studies.laws._range import NOT_FOUND, like_on_like, speed, stated, thickness_ratio
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -30,7 +30,7 @@ LAW = Law(
         like_on_like("Ma (2005), section 1.2.1"),
         speed(0.0, 8.0, NOT_FOUND),
         thickness_ratio(0.0, 0.5, NOT_FOUND),
-        Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
+        stated("fitted to aluminium; other metals through C alone", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

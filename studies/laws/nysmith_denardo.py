@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
+from studies.laws._range import NOT_FOUND, family, like_on_like, plate, stated
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, projectile_density: ArrayLike) -> NDArray:
@@ -34,7 +34,7 @@ LAW = Law(
         like_on_like(NOT_FOUND),
         family("aluminium", NOT_FOUND),
         plate(),
-        Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
+        stated("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.projectile.density),
     wider_than_projectile=True,

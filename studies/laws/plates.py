@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, christiansen_steel, cour_palais, cour_palais_ti
 from studies.laws._handbook import COUR_PALAIS, HANDBOOK, RYAN
-from studies.laws._range import Limit
+from studies.laws._range import stated
 
 # Of the plate's thickness over the depth: Eqs. 4-3 to 4-5 for aluminium, Eq. 4-7 for titanium.
 ALUMINIUM = {"spall": 3.0, "detached_spall": 2.2, "perforation": 1.8}
@@ -50,7 +50,7 @@ def _laws(metal: str, of_depth: Law, factors: Mapping[str, float], source: str) 
 
 
 GEHRING = Range(
-    *cour_palais.LAW.range.limits, Limit("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225")
+    *cour_palais.LAW.range.limits, stated("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225")
 )
 LAW = (
     *_laws("al", cour_palais.LAW, ALUMINIUM, f"{HANDBOOK}, Eqs. 4-1 to 4-5"),

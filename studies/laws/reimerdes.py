@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, Limit, family
+from studies.laws._range import NOT_FOUND, family, stated
 
 SOURCE = "Reimerdes, Noelke and Schaefer (2006), Int. J. Impact Eng. 33, 645, Eq. 9"
 OF_ALUMINIUM = 0.42
@@ -37,6 +37,6 @@ LAW = Law(
     source=SOURCE,
     confidence="verified",
     size_exponent=3.0 * OF_MASS,
-    range=Range(family("aluminium", SOURCE), Limit("speeds of the shots of the fit", NOT_FOUND)),
+    range=Range(family("aluminium", SOURCE), stated("speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.projectile_diameter, shot.projectile.density),
 )

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range
-from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
+from studies.laws._range import NOT_FOUND, family, like_on_like, plate, stated
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -31,7 +31,7 @@ LAW = Law(
         like_on_like(NOT_FOUND),
         family("aluminium", NOT_FOUND),
         plate(),
-        Limit("smallest diameter; at normal impact the diameter", "the definition of D_min"),
+        stated("smallest diameter; at normal impact the diameter", "the definition of D_min", is_derived=True),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import Limit, thickness_ratio
+from studies.laws._range import stated, thickness_ratio
 
 
 def hole_ratio(speed: ArrayLike, yield_stress: ArrayLike, density: ArrayLike) -> NDArray:
@@ -36,7 +36,7 @@ LAW = Law(
         # Fitted to shots with t/d = 0.6 and free of t/d itself: what rounds to 0.6 is inside.
         thickness_ratio(0.55, 0.65, "Ma (2005), section 3.1.1"),
         # With 2024-T3 it meets Eqs. 1-3 and 1-4 at t/d = 0.6 within 3 % from 4 to 7 km/s.
-        Limit("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4"),
+        stated("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4", is_derived=True),
     ),
     ratio=lambda shot, variant: hole_ratio(shot.speed, _yields(shot)[variant], shot.target.density),
     variants=lambda shot: list(_yields(shot)),

@@ -4,8 +4,8 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield, Shot
-from studies.laws._range import Limit
+from studies.laws import Code, Reason, Shield, Shot
+from studies.laws._range import stated
 from studies.laws._shields import (
     FAST,
     SIZE,
@@ -79,14 +79,14 @@ def _fast_diameter(shield: HandbookShield, speed: float, cosine: float, delta: f
     return float(1.155 * walls * strength / (matter * speed ** (2.0 / 3.0) * cosine**delta))
 
 
-def _without_second_bumper(shot: Shot, variant: str = "") -> str:
-    """Why a shot has no critical diameter of three walls; empty where it meets a shield of three."""
+def _without_second_bumper(shot: Shot, variant: str = "") -> Reason | None:
+    """Why a shot has no critical diameter of three walls; None where it meets a shield of three."""
     if not shot.shield or len(shot.shield.further_bumpers) != 1:
-        return "the target is no shield of two bumpers and a wall"
+        return Reason(Code.THREE_WALLS)
     return without_yield_stress(shot.shield)
 
 
-VALIDATED = Limit(
+VALIDATED = stated(
     "validated at 2 to 8 km/s, 0, 45 and 60 deg, with aluminium of 0.8 to 5 mm; applied to all",
     f"{PROGRAM}, Tables 12 and 14",
 )

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import NOT_FOUND, Limit, like_on_like
+from studies.laws._range import NOT_FOUND, SPEED, Code, Limit, Reason, like_on_like, stated
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
@@ -31,11 +31,11 @@ def smallest_speed(thickness_ratio: float) -> float:
     return 1e3 * (1.0 + 1.0 / (1.66**2 * thickness_ratio))
 
 
-def _too_slow(shot: Shot, variant: str = "") -> str:
-    limit = smallest_speed(shot.thickness_ratio)
-    if shot.speed >= limit:
-        return ""
-    return f"v = {shot.speed / 1e3:.3g} km/s is below {limit / 1e3:.3g} km/s, where D/d falls below 1"
+def _too_slow(shot: Shot, variant: str = "") -> Reason | None:
+    smallest = smallest_speed(shot.thickness_ratio)
+    if shot.speed >= smallest:
+        return None
+    return Reason(Code.WIDER_THAN_PROJECTILE, SPEED, shot.speed, low=smallest, unit="m s-1")
 
 
 LAW = Law(
@@ -50,8 +50,14 @@ LAW = Law(
     confidence="read",
     range=Range(
         like_on_like("Ma (2005), section 1.2.1"),
-        Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
-        Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
+        Limit(
+            Code.WIDER_THAN_PROJECTILE,
+            "computed from the equation",
+            names=("v >= 1 + 0.363 / (t/d) km/s",),
+            is_derived=True,
+            check=lambda limit, shot: _too_slow(shot),
+        ),
+        stated("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
     meaningless=_too_slow,

@@ -11,7 +11,9 @@ STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
-CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (*("cube.nc", "runs.csv", "report.html", "report.json"),)
+CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = "cube.nc", "runs.csv", "report.html", "report.json"
+APPENDIX_HTML = "appendix.html"  # what report.html links; earlier versions published none
+SWEEP_FILES = (CUBE, RUNS_CSV, REPORT_HTML, APPENDIX_HTML, REPORT_JSON)
 ARCHIVE, DIGESTS = "archive.zip", "SHA256SUMS"  # all files of a sweep, and in it the digests of the others
 ZARR = "cube.zarr.zip"
 VTK = "vtk.zip"  # film and final state of a run for other programs

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
-from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
-from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
+from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
+from studies.reports.matched import MatchedObservation, Where, interpolate
 from studies.reports.records import Outcome, Reference
 
 JudgedState = Literal["judged", "outside", "unjudged"]
@@ -29,6 +29,8 @@ UNSTATED = "a limit of its source is not met"
 # Variables of the answers of laws beside runs and beside observed shots.
 BESIDE_RUNS = (*cubes.OF_ANSWERS, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE)
 BESIDE_SHOTS = (*cubes.OF_ANSWERS_AT_OBSERVATIONS, cubes.OBSERVED_LAW_TITLE, cubes.OBSERVED_LAW_CONFIDENCE)
+STATUSES = tuple(RangeStatus)
+JUDGED = (RangeStatus.INSIDE, RangeStatus.FITTED)  # where what is against a judgement is not the range of the law
 # Why a point without a value judges nothing, by the state of its run.
 UNJUDGED_STATES = {
     "succeeded": "the run measured no value",
@@ -79,6 +81,7 @@ class JudgedPoint:
     numerical: float = math.nan  # the same without the model part; NaN where there is none
     # Whether the uncertainty includes what makes it a test: the mesh error, or the error of the observation.
     tests: bool = False
+    status: RangeStatus = RangeStatus.INSIDE  # how the law's answer stands to its range
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
     unjudged: str = ""  # why nothing is judged here: no value, or a flag
     doubtful: bool = False  # whether the reference is a shot that nobody here read in its source
@@ -96,7 +99,7 @@ class JudgedPoint:
 
     @property
     def state(self) -> JudgedState:
-        if self.outside:
+        if self.status not in JUDGED:
             return "outside"
         return "unjudged" if self.unjudged else "judged"
 
@@ -135,7 +138,7 @@ class Subject:
     reference: Reference
     points: tuple[JudgedPoint, ...]
     confidence: str = ""  # in the equation of a law
-    no_range: str = ""  # NO_RANGE of a law whose source states no range; else empty
+    has_range: bool | None = None  # whether the source of a law states one; None: unknown
 
     @property
     def full_title(self) -> str:
@@ -298,13 +301,14 @@ class _Quantity:
                     _over(bars[number], self.values[number]),
                     _over(numerical[number], self.values[number]),
                     bool(tests[number]),
+                    law.status[number],
                     law.outside[number],
                     unjudged[number],
                     moved=moved[number],
                 )
                 for number, place in enumerate(self.places)
             ]
-            yield Subject(law.label, law.title, "simulation", tuple(points), law.confidence, law.no_range)
+            yield Subject(law.label, law.title, "simulation", tuple(points), law.confidence, law.has_range)
 
     def _why_unjudged(self, number: int) -> str:
         """Why the value of a point judges no law; empty where it does."""
@@ -328,22 +332,26 @@ class _Quantity:
                     shot.observed,
                     _over(math.hypot(shot.uncertainty or 0.0, _zero(law.scatter * law.answers[number])), shot.observed),
                     tests=shot.uncertainty is not None,
-                    outside="" if law.outside[number] == FITTED else law.outside[number],
-                    unjudged=FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
+                    status=law.status[number],
+                    outside="" if law.status[number] is RangeStatus.FITTED else law.outside[number],
+                    unjudged=law.outside[number]
+                    if law.status[number] is RangeStatus.FITTED
+                    else ("" if shot.value else NO_SIZE),
                     doubtful=shot.confidence not in FIRST_HAND,
                 )
                 for number, shot in enumerate(shots)
             ]
-            yield Subject(law.label, law.title, "observation", tuple(points), law.confidence, law.no_range)
+            yield Subject(law.label, law.title, "observation", tuple(points), law.confidence, law.has_range)
 
     def _simulated_shot(self, shot: MatchedObservation) -> JudgedPoint:
         """The simulation at the parameters of a shot, by unflagged points alone."""
         name, bars = self.name, cubes.UNCERTAINTY.named(self.name)
         unflagged = self._shaped([not flags for flags in self.flags])
         usable = self.points.assign({name: self.points[name].where(unflagged), bars: self._shaped(self.bars())})
-        value, bar, how = interpolate(usable, name, shot.at)
+        value, bar, how, where = interpolate(usable, name, shot.at)
         meshed = usable.assign({bars: usable[bars].where(self._shaped(self.tests()))})
-        known = math.isfinite(interpolate(meshed, name, shot.at)[1])
+        known = math.isfinite(interpolate(meshed, name, shot.at).uncertainty)
+        is_outside = where in (Where.ELSEWHERE, Where.BEYOND_AXES)
         away = how if math.isnan(value) else ""
         return JudgedPoint(
             shot.at,
@@ -351,7 +359,8 @@ class _Quantity:
             shot.observed,
             _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.observed),
             tests=known and shot.uncertainty is not None,
-            outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
+            status=RangeStatus.OUTSIDE_RANGE if is_outside else RangeStatus.INSIDE,
+            outside=away if is_outside else "",
             unjudged=away or ("" if shot.value else NO_SIZE),
             doubtful=shot.confidence not in FIRST_HAND,
         )
@@ -371,37 +380,52 @@ class LawAnswers:
     unit: str  # SI
     answers: np.ndarray  # (n,) NaN where it has none
     inside: np.ndarray  # (n,) bool, of its range
+    status: Sequence[RangeStatus]  # how each answer stands to the range
     outside: Sequence[str]  # why an answer is outside the range, or there is none; empty inside
     scatter: float  # published, relative; NaN where none is
     confidence: str  # in the equation
-    no_range: str  # NO_RANGE where its source states none; else empty
+    has_range: bool | None  # whether its source states one; None of a cube that does not know it
 
 
 def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = None) -> Iterator[LawAnswers]:
     """Each law of a quantity with its answers at the points, or for some of the observed shots."""
-    answers, inside, reasons, titles, confidences = BESIDE_RUNS if shots is None else BESIDE_SHOTS
+    answers, inside, status, reasons, titles, confidences = BESIDE_RUNS if shots is None else BESIDE_SHOTS
     if not answers.is_in(points, quantity):
         return
     some = {} if shots is None else {"observation": list(shots)}
     found, ranged, why = (each.of(points, quantity).isel(some) for each in (answers, inside, reasons))
-    of_runs = (each.of(points, quantity).values for each in (cubes.LAW_LABEL, cubes.LAW_SCATTER, cubes.LAW_RANGE))
-    stated = {str(label): (float(scatter), str(text)) for label, scatter, text in zip(*of_runs, strict=True)}
+    codes = status.of(points, quantity).isel(some) if status.is_in(points, quantity) else None
+    labels = [str(label) for label in cubes.LAW_LABEL.of(points, quantity).values]
+    scatters = dict(zip(labels, map(float, cubes.LAW_SCATTER.of(points, quantity).values), strict=True))
+    ranges: Mapping[str, bool] = {}
+    if cubes.LAW_HAS_RANGE.is_in(points, quantity):
+        ranges = dict(zip(labels, map(bool, cubes.LAW_HAS_RANGE.of(points, quantity).values), strict=True))
     known_titles, known = titles.of(points, quantity).values, reading.confidences_of(points, quantity, confidences)
     for number, label in enumerate(map(str, found[str(found.dims[-1])].values)):
         values, is_inside = found.values[..., number].ravel(), ranged.values[..., number].ravel() == 1
         texts, met = why.values[..., number].ravel(), is_inside & np.isfinite(values)
-        scatter, limits = stated.get(label, (math.nan, ""))
+        outside = [str(text) or ("" if is_met else UNSTATED) for text, is_met in zip(texts, met, strict=True)]
         yield LawAnswers(
             label,
             str(known_titles[number]),
             found.attrs["units"],
             values,
             is_inside,
-            [str(text) or ("" if is_met else UNSTATED) for text, is_met in zip(texts, met, strict=True)],
-            scatter,
+            [STATUSES[code] for code in codes.values[..., number].ravel()]
+            if codes is not None
+            else [_status_without_code(*each) for each in zip(values, outside, strict=True)],
+            outside,
+            scatters.get(label, math.nan),
             known[number],
-            NO_RANGE if limits.startswith(NO_RANGE) else "",
+            ranges.get(label),
         )
+
+
+def _status_without_code(value: float, outside: str) -> RangeStatus:
+    """The status in a cube that does not have it: another material and a fitted shot are not told apart."""
+    if math.isnan(value):
+        return RangeStatus.NO_ANSWER
+    return RangeStatus.OUTSIDE_RANGE if outside else RangeStatus.INSIDE
 
 
 def _zero(number: float) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from studies.cubes.reading import finite
-from studies.laws import DRAWN_ONLY, FITTED, OTHER_MATERIAL
+from studies.laws import DRAWN_ONLY, RangeStatus
 from studies.reports.evidence import Evidence, JudgedPoint, Subject
 from studies.reports.records import Judgement, Outcome, PointJudgement, Reason, Reference
 
@@ -45,7 +45,7 @@ def _judged(quantity: str, subject: Subject, name: str) -> Judgement:
     compared = [point for point in subject.points if point.state == "judged"]
     tested = [point for point in compared if point.tests]
     numbers = [point for point in subject.points if point.reference and point.residual == point.residual]
-    told = compared or [point for point in numbers if not point.outside] or numbers
+    told = compared or [point for point in numbers if point.state != "outside"] or numbers
     outcome = _outcome(tested)
     return Judgement(
         quantity=quantity,
@@ -53,11 +53,11 @@ def _judged(quantity: str, subject: Subject, name: str) -> Judgement:
         title=subject.full_title,
         name=name,
         reference=subject.reference,
-        has_range=not subject.no_range,
+        has_range=subject.has_range is not False,
         drawn_only=DRAWN_ONLY.get(subject.confidence, ""),
         points=tuple(map(_point, subject.points)),
         of=len(subject.points),
-        in_range=sum(not point.outside for point in subject.points),
+        in_range=sum(point.state != "outside" for point in subject.points),
         compared=len(compared),
         tested=len(tested),
         within=sum(point.outcome is Outcome.WITHIN for point in tested),
@@ -81,13 +81,13 @@ def _outcome(tested: Sequence[JudgedPoint]) -> Outcome:
 def _reason(subject: Subject, compared: Sequence[JudgedPoint]) -> Reason:
     if compared:
         return Reason.NO_BAR
-    if all(OTHER_MATERIAL in point.outside for point in subject.points):
+    if all(point.status is RangeStatus.OTHER_MATERIAL for point in subject.points):
         return Reason.OTHER_MATERIAL
     if all(point.law != point.law for point in subject.points):
         return Reason.NO_ANSWER
-    if any(point.unjudged == FITTED for point in subject.points):
+    if any(point.status is RangeStatus.FITTED for point in subject.points):
         return Reason.FITTED
-    return Reason.OUTSIDE if all(point.outside for point in subject.points) else Reason.FLAGGED
+    return Reason.OUTSIDE if all(point.state == "outside" for point in subject.points) else Reason.FLAGGED
 
 
 def _point(point: JudgedPoint) -> PointJudgement:

@@ -4,6 +4,8 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,10 +15,26 @@ from studies.cubes.points import Place, axes_of, comparable, error_bars, is_same
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 
-ELSEWHERE = "the shot has another"
 A_RANGE = "a range alone is published: nothing is compared with it"
-BEYOND_AXES = "the shot lies outside the axis"
 LINEAR = "linear between neighbouring runs"
+
+
+class Where(StrEnum):
+    """Where a shot lies among the runs of a sweep."""
+
+    AMONG = "among"  # at a run or between runs, with or without a value there
+    BEYOND_AXES = "beyond_axes"
+    ELSEWHERE = "elsewhere"  # it is of another set-up than any run
+    UNKNOWN = "unknown"  # it does not state an axis, or no run has its parameters
+
+
+class Interpolated(NamedTuple):
+    """The simulation at the parameters of a shot, in the unit of the quantity; NaN where there is none."""
+
+    value: float
+    uncertainty: float
+    how: str  # how it was found, or why it could not be
+    where: Where = Where.AMONG
 
 
 @dataclass(frozen=True)
@@ -35,6 +53,7 @@ class MatchedObservation:
     simulation: float | None
     simulation_uncertainty: float | None  # between runs with the interpolation's part
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+    where: Where
     # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
     is_alike: bool
     lower: float | None = None  # bounds of a range; None where it is open
@@ -48,7 +67,7 @@ class MatchedObservation:
     @property
     def elsewhere(self) -> bool:
         """Whether the shot is of another set-up than any run: it has no place among them."""
-        return self.how.startswith(ELSEWHERE)
+        return self.where is Where.ELSEWHERE
 
 
 def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObservation]:
@@ -65,9 +84,8 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
         )
         if value is not None or any(bound is not None for bound in bounds):
             at = _parameters_of(shot)
-            simulation, uncertainty, how = (
-                (math.nan, math.nan, A_RANGE) if value is None else interpolate(barred, name, at)
-            )
+            without = Interpolated(math.nan, math.nan, A_RANGE)
+            found = without if value is None else interpolate(barred, name, at)
             yield MatchedObservation(
                 observation=row,
                 quantity=name,
@@ -78,9 +96,10 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
                 uncertainty=finite(float(cubes.OBSERVED_UNCERTAINTY.of(shot, name))),
-                simulation=finite(simulation),
-                simulation_uncertainty=finite(uncertainty),
-                how=how,
+                simulation=finite(found.value),
+                simulation_uncertainty=finite(found.uncertainty),
+                how=found.how,
+                where=found.where,
                 is_alike=value is not None
                 and not any(
                     isinstance(value, str) and _is_another(dataset, parameter, value) for parameter, value in at.items()
@@ -100,7 +119,7 @@ def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
     return {name: value for name, value in stated.items() if value == value and value != ""}
 
 
-def interpolate(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, str]:
+def interpolate(dataset: xr.Dataset, name: str, at: Place) -> Interpolated:
     """The simulated value and uncertainty at parameters off the grid, and how it was found.
 
     Linear between the neighbouring runs of a grid; the same axis values, along a zip. Never beyond
@@ -110,27 +129,27 @@ def interpolate(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float
     axes = axes_of(dataset)
     absent = [axis for axis in axes if axis not in at]
     if absent:
-        return math.nan, math.nan, f"the shot does not state {_listed(absent)}"
+        return Interpolated(math.nan, math.nan, f"the shot does not state {_listed(absent)}", Where.UNKNOWN)
     other = [name for name in at if name not in axes and _is_another(dataset, name, at[name])]
     if other:
-        return math.nan, math.nan, f"{ELSEWHERE} {_listed(other)}"
+        return Interpolated(math.nan, math.nan, f"the shot has another {_listed(other)}", Where.ELSEWHERE)
     try:
         sides = _sides_of(dataset, axes, at)
     except LookupError as error:
-        return math.nan, math.nan, str(error.args[0])
+        return Interpolated(math.nan, math.nan, *error.args)
     values = comparable(dataset, name)
     value = float(_weighted(values, sides))
     chords = [axis for axis, around in sides.items() if len(around) > 1]
     if math.isnan(value):
         which = "a neighbouring run" if chords else "the run at these parameters"
-        return value, math.nan, f"{which} has no comparable value"
+        return Interpolated(value, math.nan, f"{which} has no comparable value")
     weighted = float(_weighted(simulated(dataset, name, cubes.UNCERTAINTY), sides))
     if not chords:
-        return value, weighted, "computed"
+        return Interpolated(value, weighted, "computed")
     # Plainly summed: chords err by the curve's bend, and two axes that bend the same way err the same way.
     bent = sum(_chord_error(values, sides, axis, dataset[axis].values) for axis in chords)
     barred = "" if math.isnan(weighted) else "; the error bar includes the interpolation error"
-    return value, math.hypot(weighted, bent), LINEAR + barred
+    return Interpolated(value, math.hypot(weighted, bent), LINEAR + barred)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -154,7 +173,7 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
     for run, place in enumerate(places_of(dataset)):
         if all(is_same(place[axis], at[axis]) for axis in axes):
             return {"run": [(1.0, run)]}
-    raise LookupError("no run has the parameters of the shot")
+    raise LookupError("no run has the parameters of the shot", Where.UNKNOWN)
 
 
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
@@ -163,7 +182,7 @@ def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[flo
         if is_same(value, wanted):
             return [(1.0, place)]
     if isinstance(wanted, str) or not values.min() < wanted < values.max():
-        raise LookupError(f"{BEYOND_AXES} {_listed([axis])}")
+        raise LookupError(f"the shot lies outside the axis {_listed([axis])}", Where.BEYOND_AXES)
     above = int(np.searchsorted(values, wanted))
     share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
     return [(1.0 - share, above - 1), (share, above)]

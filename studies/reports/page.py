@@ -44,6 +44,8 @@ MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots sta
 MOST_FIRST = 2  # sections on the first screen
 MOST_FURTHER_LAWS = 5  # of each further quantity
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
+MOST_ACCURACIES = 24  # rows of the table of accuracy, of all quantities
+MOST_RANGES = 12  # quantities with smallest and largest value
 MOST_VALUES = 12  # of an axis, that are listed
 MOST_FURTHER = 4  # figures beside the first
 MOST_PICTURES = 6
@@ -150,7 +152,7 @@ def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> 
     further = [
         number
         for number, figure in enumerate(every)
-        if figure.where == "page" and (number != opening or len(figure.panels) > charts.OPENING["wide"][1])
+        if _shows_course(figure) and (number != opening or len(figure.panels) > charts.OPENING["wide"][1])
     ][:MOST_FURTHER]
     shown = [section for section in sections() if section.template and section.name in report]
     return _rendered(
@@ -248,6 +250,11 @@ def _says(figure: Figure) -> bool:
     )
 
 
+def _shows_course(figure: Figure) -> bool:
+    """Whether a figure of the page has more than single points."""
+    return figure.where == "page" and any(len(each.x) > 1 for panel in figure.panels for each in panel.series)
+
+
 def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:
     """The run in full size at the end of the axes, and the picture of its end; None without any."""
     shown = [
@@ -327,6 +334,8 @@ def environment() -> Environment:
         most_shots=MOST_SHOTS,
         most_further_laws=MOST_FURTHER_LAWS,
         most_points=MOST_POINTS,
+        most_accuracies=MOST_ACCURACIES,
+        most_ranges=MOST_RANGES,
         most_pictures=MOST_PICTURES,
         most_values=MOST_VALUES,
         reasons=REASONS,

@@ -1,4 +1,4 @@
-"""From a sweep's runs to the files of its result: cube, table of runs, report.html and report.json, figures for print.
+"""From a sweep's runs to the files of its result: cube, tables of runs, report with appendix, figures for print.
 
 The service calls it in a child process. The report is made from the cube as it was read
 back from the disk, so that no answer can be in the report that is not in the file; date and wall times are added.
@@ -17,7 +17,16 @@ from studies.cubes.cells import Results, results_of
 from studies.cubes.older import PointsOfRuns, by_present_ids
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
-from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
+from studies.quantities.files import (
+    ALL_RUNS_CSV,
+    APPENDIX_HTML,
+    CUBE,
+    REPORT_HTML,
+    REPORT_JSON,
+    RUNS_CSV,
+    SWEEP_FILES,
+    write_text,
+)
 from studies.reports import report
 
 
@@ -28,7 +37,7 @@ def publish(
     sections: Mapping[str, Path] | None = None,
     places: PointsOfRuns | None = None,
 ) -> dict[str, str]:
-    """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
+    """Write the files of a sweep and ``runs-all.csv`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}`` of a run that left
     none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
@@ -48,7 +57,7 @@ def publish_sweep(
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Publish a parsed sweep from results that are records."""
-    from studies.reports.page import page  # with Matplotlib, which a partial cube need not load
+    from studies.reports.page import appendix, page  # with Matplotlib, which a partial cube need not load
 
     directory.mkdir(parents=True, exist_ok=True)
     files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV)}
@@ -60,6 +69,7 @@ def publish_sweep(
         document = report.report_of(dataset, sections).as_json()
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))
+    write_text(files[APPENDIX_HTML], appendix(document, sections))
     return {name: str(file) for name, file in files.items()}
 
 

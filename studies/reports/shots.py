@@ -69,7 +69,7 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservati
         number, doubts = near
         if shot.confidence not in FIRST_HAND:
             doubts = (*doubts, Doubt.SECOND_HAND)
-        value, bar, _ = interpolate(barred, name, {**places[number], **_numbers(shot.at, places[number])})
+        value, bar, *_ = interpolate(barred, name, {**places[number], **_numbers(shot.at, places[number])})
         yield MeasuredShot(
             quantity=name,
             unit=points[name].attrs["units"],

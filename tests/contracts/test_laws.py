@@ -62,7 +62,7 @@ def test_law__predicts_what_is_measured_or_what_is_listed_as_unmeasured(law: Law
 
 
 def test_law__states_a_range_with_sources_of_which_some_is_checked(law: Law) -> None:
-    assert "0.5 <= projectile L/d <= 2 (source not found; checked)" in law.range.words
+    assert "0.5 <= projectile L/d <= 2 (source not found; checked)" in laws.range_in_words(law.range)
     assert any(limit.machine_checked for limit in law.range.limits)
     assert all(len(limit.source) > 5 and "memory" not in limit.source for limit in law.range.every)
 
@@ -116,7 +116,7 @@ def test_law__scales_with_the_shot_as_it_states(law: Law) -> None:
 def test_law__gives_a_reason_wherever_it_is_out_of_range(law: Law, speed: float) -> None:
     for variant in law.variants(shot(law)):
         answer = law.evaluate(shot(law, speed), variant)
-        assert answer.in_range == (answer.reason == "")
+        assert answer.in_range == (not answer.reasons)
         assert math.isfinite(answer.value) or not answer.in_range
 
 

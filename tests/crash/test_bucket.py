@@ -71,7 +71,7 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
         compared(equal(f"files and objects that differ, of {len(named)}", expected=set(), got=odd))
         _empty(here)
         compared(*inspection.rows_of_cubes(undisturbed(WORK), here.fetch(ids, tmp_path / "linked")))
-        shown = {"report.html", "report.json"}  # not by links, for a browser shows them
+        shown = {"report.html", "appendix.html", "report.json"}  # not by links, for a browser shows them
         got = {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
         compared(equal("files on the disk after downloads by links", expected=shown, got=got))
         here.service.leave()

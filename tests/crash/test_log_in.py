@@ -13,7 +13,34 @@ from studies.cases.rows import equal
 from tests.claims.marked import Compared
 from tests.crash.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import http, serving
-from tests.service.support.api import SWEEP
+from tests.service.support.api import SWEEP, open_api, served
+from tests.service.support.fakes import issue_key
+
+
+@pytest.mark.browser
+@pytest.mark.claim("pages", "appendix", minutes=0.1)
+def test_browser__opens_the_appendix_from_the_report_of_a_service_that_needs_a_key(
+    tmp_path: Path, compared: Compared
+) -> None:
+    """The link in the report opens the appendix: in the page of the sweep, which frames the report, and by itself."""
+    secret = issue_key(tmp_path, "anna", Scope.ADMIN)
+    headers = {"Authorization": f"Bearer {secret}", "Host": "127.0.0.1"}
+    with open_api(tmp_path, host="0.0.0.0") as api, served(api) as url, chromium() as browser:
+        id = api.http.post("/v1/sweeps", json=SWEEP, headers=headers).json()["id"]
+        api.compute()
+        with window(browser) as (page, messages, _):
+            page.goto(f"{url}/login")
+            page.get_by_label("API key").fill(secret)
+            page.keyboard.press("Enter")
+            expect(page.get_by_role("heading", name="Sweeps")).to_be_visible(timeout=PATIENCE)
+            for where, frame in ((f"sweeps/{id}", page.frame_locator("iframe")), (f"v1/sweeps/{id}/report.html", page)):
+                page.goto(f"{url}/{where}")
+                with page.expect_popup() as opened:
+                    frame.get_by_role("link", name="Appendix", exact=True).click()
+                expect(opened.value).to_have_title("appendix", timeout=PATIENCE)
+            # It comes without the cookie, and is asked for again with it.
+            others = [text for text in messages if "401" not in text]
+            compared(equal("other messages on the console", expected=[], got=others))
 
 
 @pytest.mark.browser

@@ -16,7 +16,7 @@ from service.api.pages.rendering import page
 from service.api.reading import drawn_material
 from service.api.routes.dependencies import read_content
 from studies import laws, materials, measurements, observations, scenarios
-from studies.laws import NOT_FOUND, Law, Limit
+from studies.laws import NOT_FOUND, Law, Limit, limit_in_words
 from studies.materials import CONFIDENCES, Material
 from studies.observations.shields import shots as shield_shots
 from studies.observations.table import rows_of
@@ -94,7 +94,7 @@ def _limit(law: Law, limit: Limit) -> Markup:
     """A limit of a law's range, with its source where that is another one than the law's."""
     is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
     notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
-    return formula(limit.words) + (f" ({', '.join(notes)})" if notes else "")
+    return formula(limit_in_words(limit)) + (f" ({', '.join(notes)})" if notes else "")
 
 
 @router.get("/materials")

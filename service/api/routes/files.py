@@ -15,22 +15,39 @@ from service.api.downloads import Download, bring_back, media_type_of, send_file
 from service.api.errors import NotReady
 from service.api.routes.archives import archive_of
 from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
+from service.api.schemas import REPORT_SCHEMA
 from service.api.turns import WaitingThreads, in_waiting_thread, turn_of
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.quantities.files import ALL_RUNS_CSV, ARCHIVE, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, ZARR
+from studies.quantities.files import (
+    ALL_RUNS_CSV,
+    APPENDIX_HTML,
+    ARCHIVE,
+    CUBE,
+    REPORT_HTML,
+    REPORT_JSON,
+    RUNS_CSV,
+    ZARR,
+)
+
+NOT_PUBLISHED = (
+    "an earlier version, which made none, published the sweep, or nothing was published; `whipple retry` publishes "
+    "it again"
+)
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 
 SoFar = Annotated[bool, Query(description="Return the file of the results so far while the sweep is unfinished")]
 
 # The report contains its script; the sandbox isolates that script from this service. The page of its sweep frames it.
+# What it links opens in a window outside the sandbox: from inside it no cookie would be sent, and no page would open.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; frame-ancestors 'self'; base-uri 'none'; "
-    "sandbox allow-scripts allow-downloads allow-popups"
+    "sandbox allow-scripts allow-downloads allow-popups allow-popups-to-escape-sandbox"
 )
+REPORT_HEADERS = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
 
 
 @serves(
@@ -73,15 +90,26 @@ async def download_runs_csv(
     operation_id="get_report_html",
 )
 async def download_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
-    policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
-    return await _send(request, id, REPORT_HTML, PARTIAL_REPORT if partial else None, headers=policy)
+    return await _send(request, id, REPORT_HTML, PARTIAL_REPORT if partial else None, headers=REPORT_HEADERS)
+
+
+@serves(
+    router,
+    f"/{APPENDIX_HTML}",
+    (APPENDIX_HTML,),
+    "What the report leaves out: every run, the audit and all quantities, in one file that needs no network",
+    operation_id="get_appendix_html",
+)
+async def download_appendix_html(id: SweepId, request: Request) -> Response:
+    return await _send(request, id, APPENDIX_HTML, headers=REPORT_HEADERS)
 
 
 @serves(
     router,
     f"/{REPORT_JSON}",
     (REPORT_JSON,),
-    "The report for programs: the same numbers",
+    "The report for programs: the same numbers. The schema is that of sweeps that this version publishes",
+    schema=REPORT_SCHEMA,
     operation_id="get_report_json",
 )
 async def download_report_json(id: SweepId, request: Request) -> Response:
@@ -178,7 +206,7 @@ async def _so_far(request: Request, sweep: SweepStatus, kind: str) -> MadeFile:
 def _absent(sweep: SweepStatus, name: str) -> Exception:
     """The error for a file that a sweep has not published."""
     if sweep.is_terminal:
-        return NotFound("file", f"{sweep.id}/{name}")
+        return NotFound("file", f"{sweep.id}/{name}", NOT_PUBLISHED)
     return NotReady(f"the sweep is {_progress(sweep)}")
 
 

@@ -124,7 +124,10 @@ def _constants(material: Description) -> Iterable[tuple[str, Description]]:
 
 
 def _list_laws(entries: list[Description]) -> None:
-    rows = ((law["name"], law["title"], law["quantity"], law["use"].partition(" (")[0]) for law in entries)
+    from studies.laws import DRAWN_ONLY
+
+    uses = ("drawn only" if law["confidence"] in DRAWN_ONLY else "verdict" for law in entries)
+    rows = ((law["name"], law["title"], law["quantity"], use) for law, use in zip(entries, uses, strict=True))
     print_table(("name", "title", "quantity", "use"), rows)
 
 

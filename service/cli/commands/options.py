@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
 
-Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")]
+Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html, appendix.html and report.json.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")]
 EveryColumn = Annotated[
     bool, typer.Option("--all", help="Write every column into runs.csv: all results, parameters and the audit too.")

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from studies.laws import Law, Limit, Range, Shot
+from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
 from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
@@ -87,9 +87,9 @@ class FittedLaw:
         def ratio(shot: Shot, variant: str) -> float:
             return float(self.form.ratio(columns_of([shot]), constants)[0])
 
-        def meaningless(shot: Shot, variant: str) -> str:
+        def meaningless(shot: Shot, variant: str) -> Reason | None:
             value = ratio(shot, variant)
-            return "" if math.isfinite(value) and value > 0.0 else "the form has no value here"
+            return None if math.isfinite(value) and value > 0.0 else Reason(Code.NO_VALUE)
 
         return Law(
             name=self.name,
@@ -115,13 +115,11 @@ class FittedLaw:
 
 
 def _materials(law: FittedLaw) -> Limit:
-    words = " on ".join(law.range.materials)
-
-    def outside(shot: Shot) -> str:
+    def check(limit: Limit, shot: Shot) -> Reason | None:
         mine = (shot.projectile.name, shot.target.name)
-        return "" if mine == law.range.materials else f"{' on '.join(mine)} is not {words}"
+        return None if mine == limit.names else limit.broken(found={"projectile": mine[0], "target": mine[1]})
 
-    return Limit(words, law.title, outside)
+    return Limit(Code.MATERIALS, law.title, names=law.range.materials, check=check)
 
 
 # ---- from a document -----------------------------------------------------------------------------

@@ -141,4 +141,4 @@ def _words(shot: Shot) -> Iterator[Word]:
         value = law.evaluate(shot)
         fails = shot.projectile_diameter > value.value
         says: Literal["holds", "fails", "outside"] = "fails" if fails else "holds"
-        yield Word(law.name, says if value.in_range else "outside", value.value, value.reason)
+        yield Word(law.name, says if value.in_range else "outside", value.value, laws.in_words(value.reasons))

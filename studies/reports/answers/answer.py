@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from studies import laws
-from studies.laws import OTHER_MATERIAL, UNMEASURED, Law, Shot
+from studies.laws import UNMEASURED, Law, RangeStatus, Shot
 from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
@@ -42,12 +42,13 @@ class LawAnswer:
     low: float  # over the law's stated variants
     high: float
     in_range: bool
+    status: RangeStatus  # how it stands to its range
     outside: str  # by which limits it is outside, and by how much; or why it has no value
 
     @property
     def is_for_another_material(self) -> bool:
         """Whether the law was fitted to targets of another metal."""
-        return OTHER_MATERIAL in self.outside
+        return self.status is RangeStatus.OTHER_MATERIAL
 
     def printed(self, unit: str) -> str:
         """Its value in the display unit of an SI unit, or its bounds where it has variants; a dash of none."""
@@ -56,7 +57,8 @@ class LawAnswer:
     def describe(self) -> dict[str, Any]:
         """Plain values, SI."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}
-        return {"law": self.law.name, **_without_nan(numbers), "in_range": self.in_range, "outside": self.outside}
+        range_of = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
+        return {"law": self.law.name, **_without_nan(numbers), **range_of}
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,7 @@ def ask(shot: Shot) -> Callable[[Law], LawAnswer]:
         values = [law.evaluate(shot, variant) for variant in law.variants(shot)]
         first = values[0]
         low, high = law.band(shot)
-        return LawAnswer(law, 0.5 * (low + high), low, high, first.in_range, first.reason)
+        return LawAnswer(law, 0.5 * (low + high), low, high, first.in_range, first.status, laws.in_words(first.reasons))
 
     return asked
 

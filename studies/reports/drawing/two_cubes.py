@@ -61,8 +61,8 @@ class TwoCubes:
         pairs = [(i, j) for i, mine in enumerate(first) for j, other in enumerate(second) if _same(mine, other)]
         for name in self.quantities:
             scale = self.views[0].scale_of(name)
-            values = [view.succeeded(name) / view.norm(name) for view in self.views]
-            bars = [view.error_bars(name) / view.norm(name) for view in self.views]
+            values = [view.succeeded(name) for view in self.views]
+            bars = [view.error_bars(name) for view in self.views]
             for i, j in pairs:
                 both = float(values[0][i]), float(values[1][j])
                 if np.isfinite(both).any():
@@ -110,8 +110,6 @@ def two_cubes(first: Path, second: Path) -> TwoCubes:
     numeric = [axis for axis in varied if all(each[axis].dtype.kind == "f" for each in points)]
     abscissa = PREFERRED if PREFERRED in varied else [*numeric, *varied][0]
     views = [view_of(each, abscissa) for each in points]
-    if len({view.normed(quantities[0]) for view in views}) > 1:
-        views = [replace(view, diameter=np.full_like(view.diameter, np.nan)) for view in views]
     axes = tuple(axis for axis in dict.fromkeys(own[0] + own[1]) if all(axis in each.variables for each in points))
     others = _others(points[0], points[1], axes)
     return TwoCubes((names[0], names[1]), (views[0], views[1]), axes, tuple(quantities), others)

@@ -1,12 +1,10 @@
 """Pictures of the runs and of their set-up: what each shows, with its texts and measured lengths."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from studies.reports.section import Part, Section, Source
+from pydantic import JsonValue
 
-Json = str | float | bool | None
-Drawn = Mapping[str, Json | list[Mapping[str, Json]] | Mapping[str, Json]]
+from studies.reports.section import Part, Section, Source
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class PicturedRun:
 class Pictures:
     """All pictured runs; those of the others are in their files."""
 
-    setup: Drawn | None
+    setup: dict[str, JsonValue] | None
     runs: tuple[PicturedRun, ...]
     left_out: int
 

@@ -1,12 +1,13 @@
 """Where a report comes from: versions and the submitted sweep."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from pydantic import JsonValue
 
 from studies.reports.section import Part, Section, Source
 
 SHOWN = ("Conventions", "institution", "source", "date_created", "undeclared_numbers")  # attributes of the cube
-Plain = str | float | bool | None
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,7 @@ class Provenance:
     cube: Mapping[str, str | int]
     schema_version: int
     software: Mapping[str, tuple[str, ...]]
-    sweep: Mapping[str, Plain | Sequence[Plain] | Mapping[str, Plain]]
+    sweep: dict[str, JsonValue]
 
 
 def _part(source: Source) -> Part | None:

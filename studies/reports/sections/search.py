@@ -26,7 +26,7 @@ class Search:
     axis: str
     of: str  # the outcome
     unit: str  # of the axis
-    limits: tuple[FoundLimit, ...]
+    rows: tuple[FoundLimit, ...]
 
 
 def _part(source: Source) -> Part | None:

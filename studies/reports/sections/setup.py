@@ -1,7 +1,8 @@
 """The set-up of the runs: materials, shared parameters, cells, and doubts about them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+
+from pydantic import JsonValue
 
 from studies.reports.section import Part, Section, Source
 
@@ -55,7 +56,7 @@ class SetUp:
     without_value: int  # that succeeded
     cells: tuple[float, float] | None  # fewest and most across the projectile's diameter; None where a run has none
     accuracy: str  # as the sweep asks for it; empty where it names a resolution
-    asked: Mapping[str, float | str | bool | None]  # what the sweep fixes, as it was written
+    asked: dict[str, JsonValue]  # what the sweep fixes, as it was written
     fixed: tuple[Fixed, ...]
     doubts: tuple[str, ...]  # about constants that the sweep changes
     materials: tuple[MaterialUsed, ...]

@@ -20,22 +20,3 @@ for (const table of document.querySelectorAll("table")) {
     }
   }
 }
-
-// A link to a part of the page unfolds it.
-function unfold() {
-  for (let each = document.getElementById(location.hash.slice(1)); each; each = each.parentElement)
-    if (each.tagName === "DETAILS") each.open = true;
-}
-addEventListener("hashchange", unfold);
-unfold();
-
-// Paper cannot be opened: after the first sheet the parts are printed with laws and sources, and folded again.
-const printed = () => document.querySelectorAll("details.section:not([open]), details.on-paper:not([open])");
-let unfolded = [];
-addEventListener("beforeprint", () => {
-  unfolded = [...printed()];
-  for (const each of unfolded) each.open = true;
-});
-addEventListener("afterprint", () => {
-  for (const each of unfolded) each.open = false;
-});

@@ -1,6 +1,6 @@
 """A hole that grows in proportion to the thickness of the plate."""
 
-from studies.laws import Law, Limit, Range
+from studies.laws import Code, Law, Limit, Range
 
 
 def hole_ratio(thickness_ratio):
@@ -19,6 +19,6 @@ LAW = Law(
     equation="D/d = 1 + t/d",
     source="made up for a contract test",
     confidence="user",
-    range=Range(Limit("any plate", "user", lambda shot: "")),
+    range=Range(Limit(Code.STATED, "user", names=("any plate",))),
     ratio=lambda shot, variant: hole_ratio(shot.thickness_ratio),
 )

@@ -139,7 +139,8 @@ def test_sweeps__rows_link_to_pages_and_files_for_people(api: Api) -> None:
     api.compute()
     rows = api.http.get("/").text.partition("<tbody>")[2]
     here = f"/v1/sweeps/{id}"
-    assert Links(rows).addresses == [f"/sweeps/{id}", f"{here}/report.html", f"{here}/cube.nc", f"{here}/runs.csv"]
+    files = [f"{here}/{name}" for name in ("report.html", "appendix.html", "cube.nc", "runs.csv")]
+    assert Links(rows).addresses == [f"/sweeps/{id}", *files]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,8 @@ def test_wait__past_its_deadline_says_where_the_sweep_stands(client: Client) -> 
 def test_fetch__of_a_damaged_file_leaves_nothing(shared_api: Api, client: Client, tmp_path: Path) -> None:
     handle = client.submit(sweep_of(name="damaged"))
     shared_api.compute()
-    stored = shared_api.store.publications.files(handle.id)[0]
+    _, stored = shared_api.store.sweeps.get_with_file(handle.id, "cube.nc")
+    assert stored is not None
     (shared_api.settings.data / stored.path).write_bytes(b"x" * stored.size)
     with pytest.raises(ServiceError, match="not the file that was registered"):
         handle.fetch(tmp_path)

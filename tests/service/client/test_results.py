@@ -16,7 +16,6 @@ from service.client.progress import showing_progress
 from service.client.results import SweepFolder
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
-from studies.reports.compare import compare
 from studies.reports.publish import publish_sweep
 from studies.reports.report import every_figure
 from tests.service.support.api import Api, sweep_of
@@ -54,7 +53,7 @@ def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: 
 def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp_path: Path) -> None:
     """``plot`` and ``plot_laws`` draw the figures of the report, by their names."""
     with whipple.open_cube(folder) as cube:
-        expected = [figure.name for figure in every_figure(cube, compare(cube))]
+        expected = [figure.name for figure in every_figure(cube)]
         of_laws = cube.whipple.plot_laws("hole_diameter")
         with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
             cube.whipple.plot_laws("hole_diamter")

@@ -37,9 +37,10 @@ SWEEP: dict[str, Any] = {
 }
 FILES = {
     "cube.nc": b"\x89HDF not really",
-    "report.html": b"<!doctype html><title>report</title>",
+    "report.html": b'<!doctype html><title>report</title><a href="appendix.html" target="_blank">Appendix</a>',
+    "appendix.html": b"<!doctype html><title>appendix</title>",
     "runs.csv": b"run_id\n",
-    "report.json": b'{"report_version": 1, "headline": "Use the law; simulation only."}',
+    "report.json": b'{"report_version": 1, "title": "Copper plates", "headline": "Use the law; simulation only."}',
 }
 ALL_RUNS = {"runs-all.csv": b"run_id,solver_seconds [s]\n"}  # offered in place of runs.csv
 

@@ -10,11 +10,10 @@ import xarray as xr
 
 from studies.cases.rows import Row, absolute, equal
 from studies.cubes import cube
-from studies.reports.compare import compare
-from studies.reports.page import page
-from studies.reports.report import document
+from studies.reports.page import appendix, page
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
 from tests.studies.support.decks import appendix_deck, soil_deck
 
 ROUND_OFF = 1e-12
@@ -30,8 +29,9 @@ def computed(plain: dict[str, Any], directory: Path) -> xr.Dataset:
 
 def reported(dataset: xr.Dataset) -> dict[str, Any]:
     """The report of a cube, made as a page too."""
-    report = document(dataset, compare(dataset))
+    report = fakes.document_of(dataset)
     assert page(report)
+    assert appendix(report)
     return report
 
 

@@ -130,13 +130,18 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 answer = law.evaluate(shot, variant)
                 np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
                 assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
-                assert cell.hole_diameter_by_law_reason.item() == answer.reason
+                assert tuple(laws.RangeStatus)[int(cell.hole_diameter_by_law_range_status)] is answer.status
+                assert bool(cell.hole_diameter_law_has_range) == law.range.is_published
+                speeds = [float(cell[f"hole_diameter_law_speed_{bound}"]) for bound in ("lower", "upper")]
+                np.testing.assert_equal(speeds, law.range.bounds(laws.SPEED))
+                assert cell.hole_diameter_by_law_reason.item() == laws.in_words(answer.reasons)
 
 
 def test_law__without_a_shot_has_no_answer_and_says_why() -> None:
     answer = LawChoice(fakes.HOLE_LAWS[0], "").answer(None)
     assert math.isnan(answer.value)
-    assert (answer.in_range, answer.reason) == (False, "this run does not describe one shot, or has not ended")
+    assert (answer.in_range, answer.status) == (False, laws.RangeStatus.NO_ANSWER)
+    assert laws.in_words(answer.reasons) == "this run does not describe one shot, or has not ended"
 
 
 def test_shots__of_which_one_is_published_as_a_range_have_its_bounds() -> None:

@@ -39,10 +39,10 @@ def test_report__states_limits_and_residual_velocities(tmp_path: Path) -> None:
     with undrawn():
         publish_sweep(SWEEP, fakes.searched(SWEEP, result_of), tmp_path)
     report = json.loads((tmp_path / "report.json").read_text())
-    rows = {row["at"]["nose"]: row for row in report["search"]["limits"]}
+    rows = {row["at"]["nose"]: row for row in report["search"]["rows"]}
     for nose, exact in EXACT.items():
         assert rows[nose]["lower"] < exact <= rows[nose]["upper"]
-    [blunt, *_] = report["residual_curves"]["rows"]
+    [blunt, *_] = report["residual_velocity"]["curves"]
     # Exact data give exact constants.
     assert blunt["a"]["value"] == pytest.approx(A, rel=1e-4)
     assert blunt["p"]["value"] == pytest.approx(P, rel=1e-4)

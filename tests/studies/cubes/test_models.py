@@ -8,11 +8,10 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.models import BASE, stored_failures, stored_shares
-from studies.reports import report
-from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from studies.sweeps.screening import EOS, STRENGTH, STRONGER, WEAKER, thrown_out
 from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
 from tests.studies.sweeps.test_screening import DOCUMENT
 
 HOLE = 20e-3
@@ -48,7 +47,7 @@ def built(model_part: str, screens: dict[str, float] | None = None, **changes: A
 
 def stated_in(dataset: xr.Dataset) -> dict[str, Any]:
     """The model part of the hole, as report.json has it of all runs."""
-    rows = report.report_of(dataset).as_json()["models"]["parts"]
+    rows = fakes.document_of(dataset)["models"]["parts"]
     (row,) = [row for row in rows if row["quantity"] == "hole_diameter"]
     assert row["runs"] == dataset.run_state.size
     stated: dict[str, Any] = row
@@ -133,9 +132,9 @@ def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() 
     # 2 of 3 km/s, and 0.75 of 0.25.
     factors = dataset.hole_diameter_model_part_distance.isel(cells_per_diameter=-1)
     np.testing.assert_allclose(factors, [[1.5, 3.0], [1.0, 3.0]])
-    document = report.document(dataset, compare(dataset))
-    assert {row["distance"] for row in document["model_part"] if row["distance"]} == {3.0}
-    (distant,) = [each for each in document["unchecked"] if each["code"] == "distant_models"]
+    document = fakes.document_of(dataset)
+    assert {row["distance"] for row in document["models"]["parts"] if row["distance"]} == {3.0}
+    (distant,) = [each for each in document["laws"]["unchecked"] if each["code"] == "distant_models"]
     assert (distant["count"], distant["of"], distant["factor"]) == (3, 4, 3.0)
 
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import statistics
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import xarray as xr
 from studies.cases.rows import Row, equal, relative
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.cells import OF_MESH, SUB_CELL
-from studies.laws import DRAWN_ONLY, load
 from studies.quantities.measured import numerical_parts
 from studies.reports.publish import publish
 from studies.runs.execution import execute
@@ -78,18 +76,11 @@ def test_report__has_the_numbers_about_each_law_that_its_runs_give(
         finest = hole.levels[0]
         is_scatter = point["offsets"] == finest.scatter / math.sqrt(finest.values) > 0.0
         compared(Row(f"{where}: scatter over offsets in it (m)", "above 0", point["offsets"], is_scatter))
-    reported = [each for each in document["residuals"] if each["quantity"] == NAME]
+    reported = [each for each in document["laws"]["judgements"] if each["quantity"] == NAME]
     compared(Row("laws in the report", "at least 4", len(reported), len(reported) >= 4))
-    for residual in reported:
-        label = {f"{NAME}_law": residual["subject"]}
-        answers = cube[f"{NAME}_by_law"].sel(label).values.tolist()
-        in_range = cube[f"{NAME}_by_law_in_range"].sel(label).values == 1
-        answered = [each for each in zip(answers, holes, in_range, strict=True) if math.isfinite(each[0])]
-        groups = {"everywhere": answered, "in_range": [each for each in answered if each[2]]}
-        for group, mine in groups.items():
-            pairs = [(law, hole) for law, hole, _ in mine]
-            for row in _rows(residual["subject"], group, residual[group], pairs):
-                compared(row)
+    for law in reported:
+        for row in _rows(law, cube, holes):
+            compared(row)
 
 
 def _sample(run: Any, result: dict[str, Any]) -> Sample:
@@ -100,32 +91,35 @@ def _sample(run: Any, result: dict[str, Any]) -> Sample:
     return Sample(spacing, measured["value"], parts.get(SUB_CELL, 0.0), math.hypot(*rest))
 
 
-def _rows(law: str, group: str, reported: dict[str, Any], pairs: list[Pair]) -> Iterator[Row]:
-    """One law over some points: how far from the holes, how many converged, how often inside the error bar."""
-    subject = f"{law}, {group}"
-    yield equal(f"{subject}: points", expected=len(pairs), got=reported["n"])
-    if not pairs:
+def _rows(reported: dict[str, Any], cube: xr.Dataset, holes: list[Convergence]) -> Iterator[Row]:
+    """One law: how far from the holes, and how often inside the bar with models, over the points in its range."""
+    law = reported["law"]
+    of_law = {f"{NAME}_law": law}
+    answers = cube[f"{NAME}_by_law"].sel(of_law).values.tolist()
+    in_range = (cube[f"{NAME}_by_law_in_range"].sel(of_law).values == 1).tolist()
+    models = cube[f"{NAME}_model_part"].isel(cells_per_diameter=-1, offset=0).values.tolist()
+    definitions = cube[f"{NAME}_definition_part"].values.tolist()
+    yield equal(f"{law}: points in its range", expected=sum(in_range), got=reported["in_range"])
+    mine = [each for each in zip(answers, holes, in_range, models, definitions, strict=True) if each[2]]
+    if not mine:
+        yield equal(f"{law}: outcome", expected="not_comparable", got=reported["outcome"])
         return
-    settled = sum(hole.verdict == "converging" for _, hole in pairs)
-    yield equal(f"{subject}: converged points", expected=settled, got=reported["converged"])
-    apart = [(law - hole.value) / hole.value for law, hole in pairs]
-    yield _same(f"{subject}: relative smallest", min(apart), reported["relative_smallest"])
-    yield _same(f"{subject}: relative greatest", max(apart), reported["relative_greatest"])
-    sizes = [abs(each) for each in apart]
-    tells = len(pairs) == 1 or (min(apart) * max(apart) > 0 and max(sizes) <= 2 * min(sizes))
-    # One point is no average; of several, none of a law that enters no average.
-    if tells and (len(pairs) == 1 or load(law.partition("/")[0]).confidence not in DRAWN_ONLY):
-        mean = math.fsum(apart) / len(pairs)
-        yield _same(f"{subject}: mean relative difference", mean, reported["relative_bias"])
-    else:
-        yield equal(f"{subject}: mean", expected=None, got=reported["relative_bias"])
-    barred = [(law, hole) for law, hole in pairs if math.isfinite(hole.mesh)]
-    yield equal(f"{subject}: points with an error bar", expected=len(barred), got=reported["judged"])
-    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in barred)
-    yield equal(f"{subject}: points inside the error bar", expected=inside, got=reported["within"])
-    if barred:
-        median = statistics.median(hole.uncertainty / hole.value for _, hole in barred)
-        yield _same(f"{subject}: median error bar, relative", median, reported["relative_bar"])
+    apart = [(answer - hole.value) / hole.value for answer, hole, *_ in mine]
+    yield _same(f"{law}: relative smallest", min(apart), reported["low"])
+    yield _same(f"{law}: relative greatest", max(apart), reported["high"])
+    parts = [
+        (hole, [hole.mesh, hole.offsets, hole.measurement, model, definition]) for _, hole, _, model, definition in mine
+    ]
+    bars = [
+        math.hypot(*(part for part in each if math.isfinite(part))) / hole.value if math.isfinite(hole.mesh) else None
+        for hole, each in parts
+    ]
+    tested = [(difference, bar) for difference, bar in zip(apart, bars, strict=True) if bar is not None]
+    yield equal(f"{law}: points with an error bar", expected=len(tested), got=reported["tested"])
+    inside = sum(abs(difference) <= bar for difference, bar in tested)
+    yield equal(f"{law}: points within the bars", expected=inside, got=reported["within"])
+    if tested:
+        yield _same(f"{law}: largest bar, relative", max(bar for _, bar in tested), reported["bar"])
 
 
 def _same(claim: str, expected: float, got: float) -> Row:

@@ -13,8 +13,12 @@ from studies import laws, materials
 from studies.cubes.cube import build
 from studies.cubes.points import points_of
 from studies.laws import (
-    FITTED,
+    SPEED,
+    THICKNESS_RATIO,
+    Code,
     FurtherBumper,
+    RangeStatus,
+    Reason,
     Shield,
     Shot,
     cour_palais,
@@ -24,11 +28,13 @@ from studies.laws import (
     whipple_reimerdes,
     whipple_srl,
 )
+from studies.laws._words import LIMITS, REASONS
 from studies.reports.evidence import evidence_of
 from studies.reports.matched import matched_observations
 from studies.sweeps import examples
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
 
 COPPER, ALUMINIUM = materials.load("copper-ofhc"), materials.load("al-2024-t3")
 OF_COPPER = Shot(6e3, 8e-3, 2e-3, COPPER, COPPER)
@@ -96,9 +102,45 @@ MEANINGLESS: list[tuple[str, Shot, str]] = [
 def test_law__says_why_a_shot_is_out_of_its_range(name: str, shot: Shot, words: str) -> None:
     law = laws.load(name)
     answer = law.evaluate(shot, law.variants(shot)[0])
-    assert words in answer.reason
-    assert answer.in_range == (answer.reason == "") == (words == "")
+    assert words in laws.in_words(answer.reasons)
+    assert answer.in_range == (not answer.reasons) == (words == "")
     assert math.isnan(answer.value) == ((name, shot, words) in MEANINGLESS)
+
+
+@pytest.mark.parametrize(
+    ("name", "shot", "status"),
+    [
+        ("maiden_c", OF_COPPER, RangeStatus.INSIDE),
+        ("maiden_c", replace(OF_COPPER, speed=9e3), RangeStatus.OUTSIDE_RANGE),
+        ("maiden_al", replace(OF_COPPER, speed=9e3), RangeStatus.OTHER_MATERIAL),
+        ("whipple_nno", replace(OF_ALUMINIUM, shield=replace(SHIELD, wall_family="steel")), RangeStatus.OTHER_MATERIAL),
+        ("whipple_nno", OF_ALUMINIUM, RangeStatus.NO_ANSWER),
+    ],
+)
+def test_answer__has_a_status(name: str, shot: Shot, status: RangeStatus) -> None:
+    assert laws.load(name).evaluate(shot).status is status
+
+
+def test_reason__has_code_number_bounds_and_source() -> None:
+    [reason] = laws.load("crater_two_thirds").evaluate(replace(OF_COPPER, speed=8e3)).reasons
+    assert reason == Reason(Code.BETWEEN, "v", 8e3, 4e3, 7e3, "m s-1", source="Ma (2005), Table 3.4")
+
+
+@pytest.mark.parametrize(
+    ("name", "symbol", "bounds"),
+    [
+        ("crater_two_thirds", SPEED, (4e3, 7e3)),
+        ("strength_ln", THICKNESS_RATIO, (0.55, 0.65)),
+        ("cour_palais", SPEED, (0.0, 8e3)),
+        ("sawle", SPEED, (math.nan, math.nan)),  # commonly quoted, in no source
+    ],
+)
+def test_range__has_the_bounds_that_a_source_states(name: str, symbol: str, bounds: tuple[float, float]) -> None:
+    assert laws.load(name).range.bounds(symbol) == pytest.approx(bounds, nan_ok=True)
+
+
+def test_code__has_words() -> None:
+    assert {*LIMITS, *REASONS, Code.BETWEEN} == {*REASONS, Code.BETWEEN, Code.STATED} == {*Code}
 
 
 def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:
@@ -141,8 +183,18 @@ def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None
     subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}
     copper = next(number for number, shot in enumerate(shots) if shot.at.get("target", "copper-ofhc") == "copper-ofhc")
     own, other = (subjects[name].points[copper] for name in ("crater_two_thirds", "charters_summers"))
-    assert (own.state, own.unjudged) == ("unjudged", FITTED)
+    assert (own.state, own.status) == ("unjudged", RangeStatus.FITTED)
     assert other.state == "judged"
+    assert {each.name: each.has_range for each in evidence.subjects}["charters_summers"] is True
+
+
+def test_cube__without_codes_of_ranges_is_judged_by_its_flags() -> None:
+    cube = points_of(fakes.cube_of(fakes.holes()))
+    older = cube.drop_vars([name for name in cube.variables if str(name).endswith(("_range_status", "_has_range"))])
+    [evidence], [of_older] = evidence_of(cube, []), evidence_of(older, [])
+    for subject, other in zip(evidence.subjects, of_older.subjects, strict=True):
+        assert (subject.has_range, other.has_range) == (True, None)
+        assert [each.state for each in subject.points] == [each.state for each in other.points]
 
 
 # ---- shields -------------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ def test_interpolation__of_a_quadratic_has_the_error_of_its_chord(speeds: tuple[
     def law(speed: np.ndarray) -> np.ndarray:
         return 7.0 - 3.0 * speed + 0.5 * speed**2
 
-    value, bar, how = interpolate(grid(law, speed=speeds), "depth", {"speed": 3.5})
+    value, bar, how, _ = interpolate(grid(law, speed=speeds), "depth", {"speed": 3.5})
     assert bar == pytest.approx(value - law(np.array(3.5)))
     assert bar == pytest.approx(0.5 * 0.5 * 1.5)
     assert how == "linear between neighbouring runs; the error bar includes the interpolation error"
@@ -73,7 +73,7 @@ def test_interpolation__takes_its_error_from_the_runs_that_have_a_value(
 
 def test_interpolation__along_two_axes_has_the_errors_of_both_chords() -> None:
     at = {"speed": 2.5, "plate_thickness": 1.5}
-    value, bar, _ = interpolate(grid(bowl, **AXES), "depth", at)
+    value, bar, *_ = interpolate(grid(bowl, **AXES), "depth", at)
     assert bar == pytest.approx(value - bowl(np.array(2.5), np.array(1.5)))
     along_speed_alone = interpolate(grid(bowl, **AXES), "depth", {**at, "plate_thickness": 3.0})
     assert along_speed_alone[1] == pytest.approx(0.5 * 1.5)
@@ -81,7 +81,7 @@ def test_interpolation__along_two_axes_has_the_errors_of_both_chords() -> None:
 
 def test_shot_on_a_run__has_the_value_and_the_error_bar_of_the_run() -> None:
     at = {"speed": 2.0, "plate_thickness": 3.0}
-    assert interpolate(grid(bowl, 0.25, **AXES), "depth", at) == (37.0, 0.25, "computed")
+    assert interpolate(grid(bowl, 0.25, **AXES), "depth", at)[:3] == (37.0, 0.25, "computed")
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_shot_on_a_run__has_the_value_and_the_error_bar_of_the_run() -> None:
 )
 def test_shot_that_no_run_answers__says_why(at: dict[str, float | str], reason: str) -> None:
     dataset = failed(grid(bowl, **AXES), speed=1.0, plate_thickness=1.0).assign(target="lead")
-    value, _, how = interpolate(dataset, "depth", at)
+    value, _, how, _ = interpolate(dataset, "depth", at)
     assert math.isnan(value)
     assert how.startswith(reason)
 
@@ -112,5 +112,5 @@ def test_shot_in_a_zip__is_matched_by_the_run_with_its_parameters_alone() -> Non
         attrs={"axes": "speed plate_thickness", "refinements": "", "measurement_versions": "{}"},
     )
     at = {"speed": 2.0, "plate_thickness": 2.0}
-    assert interpolate(dataset, "depth", at) == (4.0, 0.2, "computed")
-    assert interpolate(dataset, "depth", {**at, "speed": 2.5})[2] == "no run has the parameters of the shot"
+    assert interpolate(dataset, "depth", at)[:3] == (4.0, 0.2, "computed")
+    assert interpolate(dataset, "depth", {**at, "speed": 2.5}).how == "no run has the parameters of the shot"

@@ -38,8 +38,8 @@ def test_two_cubes__are_drawn_together_and_compared_where_they_overlap(
     assert "+25.0%" in printed
     table = pd.read_csv(tmp_path / "out" / "differences.csv")
     assert table[["speed", "plate_thickness"]].to_numpy().tolist() == [[3e3, 2e-3], [4e3, 2e-3]]
-    assert table["three plates"].tolist() == pytest.approx([2.0, 2.0])
-    assert table["one plate"].tolist() == pytest.approx([2.5, 2.5])
+    assert table["three plates"].tolist() == pytest.approx([0.01, 0.01])
+    assert table["one plate"].tolist() == pytest.approx([0.0125, 0.0125])
     drawn = (tmp_path / "out" / "hole_diameter_two_cubes.svg").read_text()
     assert "<!-- three plates -->" in drawn
     assert "<!-- one plate -->" in drawn

@@ -1,0 +1,98 @@
+"""The words of a law's range: what catalogue, command line, cube and reports print of its limits and of reasons."""
+
+import math
+from collections.abc import Iterable, Mapping
+
+from studies.laws._range import Code, Limit, Range, Reason
+
+# What is printed in place of an SI unit, and its size.
+UNITS: Mapping[str, tuple[str, float]] = {
+    "1": ("", 1.0),
+    "m s-1": (" km/s", 1e3),
+    "kg m-3": (" g/cm3", 1e3),
+    "rad": (" deg", math.radians(1.0)),
+}
+LIMITS: Mapping[Code, str] = {
+    Code.LIKE_ON_LIKE: "like on like",
+    Code.TARGET_FAMILY: "{first} target",
+    Code.WALL_FAMILY: "wall of {first}",
+    Code.MATERIALS: "{names}",
+    Code.PLATE: "a plate with a back face",
+    Code.SHIELD: "a Whipple shield",
+    Code.PROJECTILE_DENSITY: "projectile no denser than aluminium ({high:g}{unit})",
+    Code.WIDER_THAN_PROJECTILE: "{first}, where D/d >= 1",
+    Code.STATED: "{first}",
+}
+REASONS: Mapping[Code, str] = {
+    Code.LIKE_ON_LIKE: "{found[projectile]} on {found[target]} is not like on like",
+    Code.TARGET_FAMILY: "calibrated on {first}, {others}",
+    Code.WALL_FAMILY: "calibrated on {first}, {others}",
+    Code.MATERIALS: "{found[projectile]} on {found[target]} is not {names}",
+    Code.PLATE: "the target is no plate with a back face",
+    Code.SHIELD: "the target is no Whipple shield",
+    Code.TWO_WALLS: "the equation is for two walls, the shield has a second bumper",
+    Code.THREE_WALLS: "the target is no shield of two bumpers and a wall",
+    Code.PROJECTILE_DENSITY: "{symbol} = {value:.3g}{unit} is above {high:g}{unit}, that of aluminium",
+    Code.WIDER_THAN_PROJECTILE: "{symbol} = {value:.3g}{unit} is below {low:.3g}{unit}, where D/d falls below 1",
+    Code.OBLIQUITY: "for {largest}, the shot is {value:.3g}{unit} oblique",
+    Code.NARROWER_THAN_PROJECTILE: "D/d = {value:.3g} is narrower than the projectile: no physical meaning for this "
+    "shot",
+    Code.NO_HARDNESS: "the material {found[target]} states no Brinell hardness",
+    Code.NO_YIELD_STRESS: "the material of the wall states no yield stress",
+    Code.NO_VARIANT: "{first} is not stated for this material",
+    Code.NO_VALUE: "the form has no value here",
+    Code.NO_SHOT: "this run does not describe one shot, or has not ended",
+    Code.FITTED: "a constant of the law is fitted to this shot",
+}
+
+
+def range_in_words(limits: Range) -> str:
+    """All limits, after the words that no source states any, where none does."""
+    text = "; ".join(map(_with_source, limits.every))
+    return text if limits.is_published else f"no range stated by its source: {text}"
+
+
+def limit_in_words(limit: Limit) -> str:
+    """A limit without its source: "4 <= v <= 7 km/s"."""
+    if limit.code is Code.BETWEEN:
+        return _interval(limit)
+    unit, size = UNITS[limit.unit]
+    return LIMITS[limit.code].format(**_names(limit.names), high=limit.high / size, unit=unit)
+
+
+def in_words(reasons: Iterable[Reason]) -> str:
+    """Why an answer is outside of the range, or there is none; empty without a reason."""
+    return "; ".join(f"{_reason(each)} ({each.source})" if each.source else _reason(each) for each in reasons)
+
+
+def _with_source(limit: Limit) -> str:
+    return f"{limit_in_words(limit)} ({limit.source}; {'checked' if limit.machine_checked else 'not checked'})"
+
+
+def _interval(limit: Limit) -> str:
+    unit, size = UNITS[limit.unit]
+    low, high = limit.low / size, limit.high / size
+    if not math.isfinite(high):
+        return f"{limit.symbol} >= {low:g}{unit}"
+    return f"{f'{low:.3g} <= ' if low > 0.0 else ''}{limit.symbol} <= {high:.3g}{unit}"
+
+
+def _reason(reason: Reason) -> str:
+    unit, size = UNITS[reason.unit]
+    value, low, high = (each / size for each in (reason.value, reason.low, reason.high))
+    if reason.code is Code.BETWEEN:
+        if not math.isfinite(value):
+            return f"{reason.symbol} is not defined for this shot"
+        side, bound = ("below", low) if value < low else ("above", high)
+        return f"{reason.symbol} = {value:.3g}{unit} is {side} {bound:g}{unit}"
+    return REASONS[reason.code].format(
+        **_names(reason.names),
+        found=reason.found,
+        others=", ".join(f"the {role} is {material}" for role, material in reason.found.items()),
+        largest=f"up to {high:.3g}{unit}" if high else "normal impact",
+        **{"symbol": reason.symbol, "value": value, "low": low, "high": high, "unit": unit},
+    )
+
+
+def _names(names: tuple[str, ...]) -> dict[str, str]:
+    return {"first": names[0] if names else "", "names": " on ".join(names)}
