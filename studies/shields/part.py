@@ -15,7 +15,7 @@ from studies.reports.wording import text_template, worded
 from studies.shields.figure import shield_figure
 from studies.shields.limit import shield_limits, shots_at, shots_of
 from studies.shields.probability import shot_of, with_chances
-from studies.shields.section import BallisticLimit, Beside, Equation, Ordered, SafeSize, ShieldLimit, WallRun
+from studies.shields.section import BallisticLimit, Beside, Equation, JustSafe, OrderedShots, ShieldLimit, WallRun
 
 NEAREST = 3  # published shots
 NAMED = 2  # equations of a headline
@@ -51,7 +51,7 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, Shot]]) -> Be
     answer, like = answers.answer(shot), like_shields(shot)
     is_like = shot.shield is not None and not shot.shield.further_bumpers  # all published shots have one bumper
     ordered = (answer.easier, answer.harder) if is_like else ()
-    easier, harder = [Ordered(each.shots, each.contrary) for each in ordered] or [Ordered(0, 0)] * 2
+    easier, harder = [OrderedShots(each.shots, each.contrary) for each in ordered] or [OrderedShots(0, 0)] * 2
     failed = sum(each.is_perforated for each in like)
     return Beside(
         at=limit.at,
@@ -63,7 +63,7 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, Shot]]) -> Be
         harder=harder,
         nearest=answer.nearest[:NEAREST] if is_like else (),
         safe=tuple(
-            SafeSize(each.size.value, each.risk, each.law, each.value, each.reason and each.reason.value)
+            JustSafe(each.size.value, each.risk, each.law, each.value, each.reason and each.reason.value)
             for each in answer.safe
         ),
     )

@@ -14,8 +14,7 @@ from studies.observations.shields.joined import Joint, Simulated, cells_across, 
 from studies.observations.shields.outside import outside_of_shots
 from studies.observations.shields.probability import Probability, probability
 from studies.quantities.numerical_defaults import RECIPES
-from studies.shields.limit import shots_at
-from studies.shields.section import Apart, Chance, NotJoined, ShieldLimit, WallRun
+from studies.shields.section import Apart, NotJoined, ShieldLimit, WallChance, WallRun
 
 ROUNDED = 1e-6  # relative: of a number of cells, or a size
 # How the simulated shots were computed: by one recipe, and all cells by the rule.
@@ -29,7 +28,7 @@ CALIBRATED: Mapping[str, float | str] = {
 CELLS = ("cells_per_diameter", "cells_per_wall")
 TOLD: dict[bool | None, Simulated] = {True: "perforated", False: "held", None: "open"}
 
-Settings = Mapping[str, float | str]
+RunSettings = Mapping[str, float | str]
 
 
 def with_chances(
@@ -46,11 +45,15 @@ def with_chances(
         for cell, (place, size) in enumerate(zip(places_of(points), sizes, strict=True))
     }
 
+    of_shield: dict[tuple[float | str, ...], list[Shot]] = {}
+    for place, shot in shots:
+        of_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
+
     def chanced(limit: ShieldLimit, run: WallRun) -> WallRun:
         cell = cells[*limit.at.values(), limit.speed, run.diameter]
         settings = {name: plain(column[cell]) for name, column in columns.items()}
-        is_sphere = settings["projectile_shape"] == "sphere"
-        shot = shot_of(shots_at(shots, limit.at), limit.speed, run.diameter, is_sphere=is_sphere)
+        is_sphere, mine = settings["projectile_shape"] == "sphere", of_shield.get(tuple(limit.at.values()), ())
+        shot = shot_of(mine, limit.speed, run.diameter, is_sphere=is_sphere)
         return _with_chance(run, shot, settings, has_grids) if shot else run
 
     return tuple(replace(limit, runs=tuple(chanced(limit, run) for run in limit.runs)) for limit in limits)
@@ -64,7 +67,7 @@ def shot_of(shots: Sequence[Shot], speed: float, diameter: float, *, is_sphere: 
     return replace(shots[0], speed=speed, projectile_diameter=diameter) if shots and is_sphere else None
 
 
-def _with_chance(run: WallRun, shot: Shot, settings: Settings, has_grids: bool) -> WallRun:
+def _with_chance(run: WallRun, shot: Shot, settings: RunSettings, has_grids: bool) -> WallRun:
     before = probability(shot)
     if before is None:
         return replace(run, outside=next(outside_of_shots(shot), ""))
@@ -75,11 +78,11 @@ def _with_chance(run: WallRun, shot: Shot, settings: Settings, has_grids: bool) 
     return replace(run, before=_chance(before), joined=_chance(joined) if joined else None, apart=apart)
 
 
-def _chance(probability: Probability) -> Chance:
-    return Chance(probability.value, probability.low, probability.high)
+def _chance(probability: Probability) -> WallChance:
+    return WallChance(probability.value, probability.low, probability.high)
 
 
-def _apart(constants: Joint | None, shot: Shot, settings: Settings) -> NotJoined | None:
+def _apart(constants: Joint | None, shot: Shot, settings: RunSettings) -> NotJoined | None:
     """Why no simulated shots are like a run, or why they say nothing."""
     if constants is None:
         return NotJoined(Apart.NO_SUCH_SHOTS, "failure", settings["failure"])

@@ -35,7 +35,7 @@ class Apart(StrEnum):
 
 
 @dataclass(frozen=True)
-class Chance:
+class WallChance:
     """A probability that the wall fails, with the interval that a laboratory not seen may find (95 %)."""
 
     value: float
@@ -63,8 +63,8 @@ class WallRun:
     grids: str  # what its grids say together; empty of one grid
     flags: tuple[str, ...]
     doubts: tuple[str, ...]  # the flags that leave it open
-    before: Chance | None = None  # from equations and shots
-    joined: Chance | None = None  # with the simulation
+    before: WallChance | None = None  # from equations and shots
+    joined: WallChance | None = None  # with the simulation
     outside: str = ""  # why the shot is like none of the published ones
     apart: NotJoined | None = None
 
@@ -100,7 +100,7 @@ class ShieldLimit:
 
 
 @dataclass(frozen=True)
-class Ordered:
+class OrderedShots:
     """Published shots that are easier than one in every respect, or harder."""
 
     shots: int
@@ -108,7 +108,7 @@ class Ordered:
 
 
 @dataclass(frozen=True)
-class SafeSize:
+class JustSafe:
     """The size at which a shield is just safe by a risk or by an equation, all else as in the shot."""
 
     size: str  # projectile_diameter: the largest; wall_thickness: the thinnest; stand_off: the shortest
@@ -127,10 +127,10 @@ class Beside:
     diameter: float
     failed: int  # of the shots on shields like it, at any speed and of any diameter
     held: int
-    easier: Ordered
-    harder: Ordered
+    easier: OrderedShots
+    harder: OrderedShots
     nearest: tuple[NearShot, ...]
-    safe: tuple[SafeSize, ...]
+    safe: tuple[JustSafe, ...]
 
 
 @dataclass(frozen=True)

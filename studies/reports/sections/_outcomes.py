@@ -17,7 +17,7 @@ from studies.observations.shields.drawn import failures_found
 from studies.observations.shields.judged import Share
 from studies.quantities.measured import doubting_flags
 from studies.reports.section import Part, Source
-from studies.reports.sections.outcomes import Computed, Outcomes, QuantityOutcomes, ShotOutcome
+from studies.reports.sections.outcomes import ComputedWay, Outcomes, QuantityOutcomes, ShotOutcome
 from studies.reports.wording import text_template, worded
 
 WALL = "wall_perforated"
@@ -64,7 +64,7 @@ def normal_speeds(points: xr.Dataset) -> list[float]:
 
 def _shots(points: xr.Dataset, name: str) -> Iterator[ShotOutcome]:
     """A row for each shot that has a run which ended."""
-    shots: dict[tuple[tuple[str, float | str], ...], list[Computed]] = {}
+    shots: dict[tuple[tuple[str, float | str], ...], list[ComputedWay]] = {}
     for place, computed in zip(places_of(points), _computed(points, name), strict=True):
         if computed:
             shot = tuple((axis, value) for axis, value in place.items() if axis not in OF_MODEL)
@@ -74,7 +74,7 @@ def _shots(points: xr.Dataset, name: str) -> Iterator[ShotOutcome]:
         yield ShotOutcome(dict(shot), ways[0].outcome if len(said) == 1 else None, tuple(ways))
 
 
-def _computed(points: xr.Dataset, name: str) -> Iterator[Computed | None]:
+def _computed(points: xr.Dataset, name: str) -> Iterator[ComputedWay | None]:
     """What each point says; None where no run succeeded, or it measured nothing without a flag."""
     values, flags = simulated_values(points, name).ravel(), flag_words(variables.FLAGS.of(points, name))
     refined = variables.VERDICT_REASON.is_in(points, name)
@@ -87,7 +87,7 @@ def _computed(points: xr.Dataset, name: str) -> Iterator[Computed | None]:
         # Several grids have left it open where their finest says so.
         doubting = () if refined else flagged if says is None else doubting_flags(value, flagged)
         model: Place = {axis: each for axis, each in place.items() if axis in OF_MODEL}
-        computed = Computed(model, None if doubting else says, says, doubting, str(told), found)
+        computed = ComputedWay(model, None if doubting else says, says, doubting, str(told), found)
         yield computed if has_run and (says is not None or flagged or told) else None
 
 
@@ -95,7 +95,7 @@ def _computed(points: xr.Dataset, name: str) -> Iterator[Computed | None]:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class OutcomeStretch:
     """Shots that follow one another along the axis with one outcome."""
 
     outcome: bool | None
@@ -110,7 +110,7 @@ class OutcomesOpening:
     speed: float | None  # m/s, that all shots share
     axis: str  # the one that varies, with numbers; empty where there is none
     unit: str
-    stretches: tuple[Stretch, ...]  # along the axis; none where they are too many
+    stretches: tuple[OutcomeStretch, ...]  # along the axis; none where they are too many
     shots: int
     counts: tuple[tuple[bool | None, int], ...]  # of shots with each outcome
     found: tuple[Share | None, ...]  # beside those that hold
@@ -136,9 +136,9 @@ def headline(outcomes: QuantityOutcomes, units: dict[str, str | None], speed: fl
     return worded(text_template("outcomes.txt"), opening=opening)
 
 
-def _stretches(shots: Sequence[ShotOutcome], axis: str) -> tuple[Stretch, ...]:
+def _stretches(shots: Sequence[ShotOutcome], axis: str) -> tuple[OutcomeStretch, ...]:
     ordered = sorted(((float(shot.at[axis]), shot.outcome) for shot in shots), key=lambda each: each[0])
     groups = [(outcome, [at for at, _ in several]) for outcome, several in groupby(ordered, key=lambda each: each[1])]
     if len(groups) > MOST_STRETCHES:
         return ()
-    return tuple(Stretch(outcome, (along[0], along[-1])) for outcome, along in groups)
+    return tuple(OutcomeStretch(outcome, (along[0], along[-1])) for outcome, along in groups)

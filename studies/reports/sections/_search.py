@@ -4,7 +4,7 @@ from studies.cubes import limits
 from studies.cubes.points import axes_of, plain
 from studies.cubes.reading import finite
 from studies.reports.section import Part, Source
-from studies.reports.sections.search import FoundLimit, Search
+from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.reports.wording import text_template, worded
 
 
@@ -27,10 +27,10 @@ def search_of(source: Source) -> Part | None:
         )
         for place in range(dataset.sizes[limits.SEARCH])
     )
-    record = Search(str(about["axis"]), str(about["limit_of"]), str(about["units"]), tuple(found))
+    record = FoundLimits(str(about["axis"]), str(about["limit_of"]), str(about["units"]), tuple(found))
     return Part(record, opening=headline(record))
 
 
-def headline(search: Search) -> str:
+def headline(search: FoundLimits) -> str:
     """The limits in words."""
     return worded(text_template("search.txt"), search=search)

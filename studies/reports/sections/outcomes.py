@@ -8,7 +8,7 @@ from studies.reports.section import Part, Section, Source
 
 
 @dataclass(frozen=True)
-class Computed:
+class ComputedWay:
     """What one way of computing a shot says."""
 
     model: Place  # the way, by axes of the sweep
@@ -25,7 +25,7 @@ class ShotOutcome:
 
     at: Place
     outcome: bool | None  # None where grids, flags or ways leave it open
-    computed: tuple[Computed, ...]  # those that have a run which ended
+    computed: tuple[ComputedWay, ...]  # those that have a run which ended
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ class FoundLimit:
 
 
 @dataclass(frozen=True)
-class Search:
+class FoundLimits:
     """All limits of a search."""
 
     axis: str
@@ -36,5 +36,12 @@ def _part(source: Source) -> Part | None:
 
 
 SECTION = Section(
-    "search", "Limits", 12, Search, _part, "sections/search.html", appendix="sections/search_appendix.html", rank=20
+    "search",
+    "Limits",
+    12,
+    FoundLimits,
+    _part,
+    "sections/search.html",
+    appendix="sections/search_appendix.html",
+    rank=20,
 )

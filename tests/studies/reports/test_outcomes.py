@@ -11,8 +11,8 @@ from studies.observations.shields.judged import Share
 from studies.quantities.measured import Measured
 from studies.reports.page import page
 from studies.reports.sections import _outcomes, _search
-from studies.reports.sections.outcomes import Computed, QuantityOutcomes, ShotOutcome
-from studies.reports.sections.search import FoundLimit, Search
+from studies.reports.sections.outcomes import ComputedWay, QuantityOutcomes, ShotOutcome
+from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
@@ -79,11 +79,11 @@ def test_report__leaves_a_shot_undecided_where_its_models_disagree() -> None:
     ]
 
 
-def way(outcome: bool | None, grids: str = "", *flags: str, says: bool | None = None, **model: str) -> Computed:
-    return Computed(model, outcome, says, flags, grids, Share(7, 17) if outcome is False else None)
+def way(outcome: bool | None, grids: str = "", *flags: str, says: bool | None = None, **model: str) -> ComputedWay:
+    return ComputedWay(model, outcome, says, flags, grids, Share(7, 17) if outcome is False else None)
 
 
-def shot(wall: float, *ways: Computed) -> ShotOutcome:
+def shot(wall: float, *ways: ComputedWay) -> ShotOutcome:
     """A shot at a wall of some mm."""
     said = {each.outcome for each in ways}
     return ShotOutcome({"wall": 1e-3 * wall}, ways[0].outcome if len(said) == 1 else None, ways)
@@ -142,4 +142,4 @@ def test_headline__says_where_an_outcome_is_known_and_where_undecided(
 )
 def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
     found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
-    assert _search.headline(Search("speed", "perforated", "m s-1", tuple(found))) == said
+    assert _search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
