@@ -35,13 +35,5 @@ def _part(source: Source) -> Part | None:
     return search_of(source)
 
 
-SECTION = Section(
-    "search",
-    "Limits",
-    12,
-    FoundLimits,
-    _part,
-    "sections/search.html",
-    appendix="sections/search_appendix.html",
-    rank=20,
-)
+APPENDIX = "sections/search_appendix.html"
+SECTION = Section("search", "Limits", 12, FoundLimits, _part, "sections/search.html", appendix=APPENDIX, rank=20)
