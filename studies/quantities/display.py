@@ -125,6 +125,16 @@ def digits(value: float, significant: int = 3) -> str:
     return f"{float(mantissa):g}·10{power}".replace("-", MINUS)
 
 
+def percent(chance: float) -> str:
+    """A chance in per cent, which is never none and never certain.
+
+    >>> percent(0.004), percent(0.456), percent(0.996)
+    ('<1', '46', '>99')
+    """
+    hundredths = 100.0 * chance
+    return "<1" if hundredths < 0.5 else ">99" if hundredths >= 99.5 else f"{hundredths:.0f}"
+
+
 def is_round_off(value: float | None) -> bool:
     """Whether a share is no more than what sums of floating-point numbers leave."""
     return value is not None and 0.0 < abs(value) < ROUND_OFF

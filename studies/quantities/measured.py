@@ -66,10 +66,15 @@ def flags_in_words(flags: Iterable[str]) -> list[str]:
     return [flag.replace("_", " ") for flag in flags]
 
 
-def doubts_of(outcome: float, flags: Iterable[str]) -> str:
-    """The flags, in words, that leave an outcome of a run open, 1 or 0; empty without any."""
+def doubting_flags(outcome: float, flags: Iterable[str]) -> tuple[str, ...]:
+    """The flags that leave an outcome of a run open, 1 or 0."""
     doubting = (TOO_COARSE, *(NOT_DECIDED if outcome == 0.0 else ()))
-    return " and ".join(flags_in_words(flag for flag in flags if flag in doubting))
+    return tuple(flag for flag in flags if flag in doubting)
+
+
+def doubts_of(outcome: float, flags: Iterable[str]) -> str:
+    """The same in words; empty without any."""
+    return " and ".join(flags_in_words(doubting_flags(outcome, flags)))
 
 
 def numerical_parts(parts: Mapping[str, float]) -> dict[str, float]:

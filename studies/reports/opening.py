@@ -6,7 +6,6 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,24 +14,24 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Template
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
 from studies.cubes.reading import doubts_at, finite, flag_words
-from studies.quantities.display import MINUS, NARROW_SPACE, decimals, digits, display_of, duration
+from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import Judgement, PointJudgement, nearest
 from studies.reports.shots import MeasuredShot
-from studies.reports.words import DOUBTS, MOST_WORDS, capital, number_of, share, unit_of, words
+from studies.reports.wording import size, text_environment, worded
+from studies.reports.words import DOUBTS, number_of, share, unit_of, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.sweep import Sweep
 
 MOST_LISTED = 3  # values along one axis that are listed; of more the smallest and the largest stand
-FORMS = 5  # of a headline, from the longest to the shortest
 NOUNS = {"hole_diameter": "hole", "bumper_hole_diameter": "bumper hole"}
 
 
@@ -162,7 +161,6 @@ def _to_run(points: xr.Dataset) -> tuple[str, float]:
 
 def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
     """The opening in words; ``units`` are those of the axes."""
-    template = _environment().get_template("headline.txt")
 
     def place(at: Place, names: bool = True) -> str:
         told = [(axis, at[axis]) for axis in opening.axes if axis in at]
@@ -179,29 +177,14 @@ def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
         name = "" if axis == "speed" else f"{words(axis)} "
         return name + ", ".join(number_of(each, units[axis]) for each in shown) + unit_of(units[axis])
 
-    text = ""
-    for form in range(FORMS):
-        rendered = template.render(opening=opening, form=form, place=place, along=along)
-        # Narrow spaces stay: they hold a number and its unit together.
-        text = capital(re.sub(r"[ \n]+", " ", rendered).strip().replace(" ,", ",").replace(" .", "."))
-        if len(text.split()) <= MOST_WORDS:
-            return text
-    return f"{' '.join(text.split()[:MOST_WORDS])}…"
-
-
-def _size(value: float, unit: str) -> str:
-    """A size with three digits, in the unit that people read."""
-    shown = float(f"{value * display_of(unit).factor:.3g}")
-    if not 0.01 <= abs(shown) < 1e3:
-        return digits(shown)
-    return decimals(shown, max(0, 2 - math.floor(math.log10(abs(shown)))))
+    return worded(_template(), opening=opening, place=place, along=along)
 
 
 def _barred(each: Computed, unit: str) -> str:
     """ "14.2 ± 1.0"."""
     factor = display_of(unit).factor
     if not each.bar:
-        return _size(each.value, unit)
+        return size(each.value, unit)
     places = min(max(0, 1 - math.floor(math.log10(float(f"{each.bar * factor:.1e}")))), 4)
     return f"{decimals(each.value * factor, places)} ± {decimals(each.bar * factor, places)}"
 
@@ -209,11 +192,11 @@ def _barred(each: Computed, unit: str) -> str:
 def _measured(shot: MeasuredShot) -> str:
     """ "14.0", "27.5 to 34.5", "above 18.3"."""
     if shot.value is not None:
-        return _size(shot.value, shot.unit)
+        return size(shot.value, shot.unit)
     if shot.lower is None or shot.upper is None:
         bound = shot.upper if shot.lower is None else shot.lower
-        return f"{'below' if shot.lower is None else 'above'} {_size(bound or 0.0, shot.unit)}"
-    return f"{_size(shot.lower, shot.unit)} to {_size(shot.upper, shot.unit)}"
+        return f"{'below' if shot.lower is None else 'above'} {size(bound or 0.0, shot.unit)}"
+    return f"{size(shot.lower, shot.unit)} to {size(shot.upper, shot.unit)}"
 
 
 def _ends(low: float, high: float) -> str:
@@ -244,22 +227,16 @@ def _missing(each: QuantityOpening) -> list[float]:
 
 
 @cache
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("studies.reports"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+def _template() -> Template:
+    environment = text_environment()
     filters: dict[str, Any] = {
-        "size": _size,
         "barred": _barred,
         "measured": _measured,
-        "share": share,
-        "unit": lambda unit: display_of(unit).unit,
         "ends": lambda ends: _ends(*ends),
-        "duration": duration,
         "simulated": _simulated,
         "reaching": _reaching,
         "missing": _missing,
     }
     environment.filters.update(filters)
     environment.globals["words_of"] = DOUBTS
-    return environment
+    return environment.get_template("headline.txt")

@@ -51,10 +51,6 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" + ("" if count == 1 else "s")
-
-
 def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 

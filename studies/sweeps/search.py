@@ -25,7 +25,7 @@ from typing import Any
 
 from studies import measurements
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
-from studies.quantities.measured import doubts_of
+from studies.quantities.measured import doubting_flags
 from studies.quantities.parameters import Parameter, parse_value
 from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
@@ -206,7 +206,7 @@ def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> LimitOutcome
     """The outcome among the measurements of a result, as plain values; None without one, or where it may change."""
     measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
     value = measured.get("value")
-    if value is None or doubts_of(value, measured.get("flags", ())):
+    if value is None or doubting_flags(value, measured.get("flags", ())):
         return None
     return bool(value > 0.5)
 

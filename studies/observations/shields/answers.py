@@ -13,6 +13,7 @@ from studies.observations.shields.judged import Judged, equations, judge
 from studies.observations.shields.outside import outside_of_shots
 from studies.observations.shields.probability import Probability, probability
 from studies.observations.shields.shots import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
+from studies.quantities.display import percent
 from studies.quantities.findings import refusal
 
 # What the field calls the equations, in a sentence.
@@ -86,13 +87,7 @@ class ShieldAnswer:
 def shown(probability: Probability) -> str:
     """A probability with its interval: "42 % (27 to 58)"."""
     low, high = (f"{100.0 * each:.0f}" for each in (probability.low, probability.high))
-    return f"{_percent(probability.value)} % ({low} to {high})"
-
-
-def _percent(chance: float) -> str:
-    """A chance in per cent, which is never none and never certain."""
-    percent = 100.0 * chance
-    return "<1" if percent < 0.5 else ">99" if percent >= 99.5 else f"{percent:.0f}"
+    return f"{percent(probability.value)} % ({low} to {high})"
 
 
 def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:

@@ -79,8 +79,3 @@ def beside_walls(failures: Iterable[str]) -> str:
     told = {each: beside_held(failures_found(each, FAST)) for each in failures}
     each = [f"with failure {failure}, {text}" for failure, text in told.items()]
     return f"Where a wall holds at {FAST / 1e3:g} km/s or faster: {'; '.join(each)}."
-
-
-def briefly_beside_held(found: Share | None) -> str:
-    """The same in a headline: "(finds 7 of 17 failures)"."""
-    return f"(finds {found.count} of {found.of} failures)" if found else "(never tested)"

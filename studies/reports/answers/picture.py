@@ -10,8 +10,8 @@ from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
 from studies.observations.shields.shots import published
 from studies.reports.answers.answer import nearest, shot_in_words
+from studies.reports.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 from studies.reports.figure import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Scale, Series
-from studies.reports.limits.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup

@@ -15,7 +15,6 @@ import whipple
 from studies import laws as laws_of
 from studies.cases.rows import at_most, equal
 from studies.cubes import cube
-from studies.reports import openings
 from studies.reports.words import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.sweeps import examples
@@ -230,19 +229,6 @@ def test_headline__of_bars_has_own_shots(shots: str, expected: str) -> None:
         named = dict(zip(("final_length", "mushroom_diameter"), measured, strict=True))
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=named)
     assert expected in fakes.document_of(cube.build(sweep, results))["headline"].replace("\u202f", " ")
-
-
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ([0.183], "Perforated from speed 0.183 km/s, between 0.18 and 0.186 km/s."),
-        ([0.183, 0.25], "Perforated from speed 0.183-0.25 km/s (2 limits)."),
-        ([None], "The search for perforated found no limit."),
-    ],
-)
-def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
-    rows = [{"limit": each and 1e3 * each, "lower": 180.0, "upper": 186.0} for each in limits]
-    assert openings.of_limits({"axis": "speed", "of": "perforated", "unit": "m s-1", "rows": rows}) == said
 
 
 # The quantity that opens the report of each example.

@@ -1,4 +1,4 @@
-"""What a report says of outcomes: along an axis, over grids and models, and in its headline."""
+"""What a report says of outcomes and of searches: along an axis, over grids and models, and in its headline."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -7,9 +7,12 @@ import pytest
 
 from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
+from studies.observations.shields.judged import Share
 from studies.quantities.measured import Measured
-from studies.reports import openings
 from studies.reports.page import page
+from studies.reports.sections import _outcomes, _search
+from studies.reports.sections.outcomes import ComputedWay, QuantityOutcomes, ShotOutcome
+from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
@@ -49,15 +52,16 @@ BOTH = Axis("geometry", None, ("axisymmetric", "quarter"))
 def test_report__leaves_a_shot_undecided_where_its_grids_disagree(compared: Callable[..., None]) -> None:
     """A report says at which shots the wall holds, where it is perforated, and where grids disagree, and how."""
     document = document_of(coarse_is_open, SPEED, **GRIDS)
-    (stated,) = document["outcomes"]
+    [stated] = document["outcomes"]["quantities"]
     why = "wall holds with 36 cells; wall perforated with 16 and 24 cells"
     said = "Wall holds at 4 km/s, undecided at 5 km/s, wall perforated at 6 km/s (finds 8 of 17 failures)."
-    beside = "3 grids agree; such simulations found 8 of 17 walls that were perforated"
+    ways = [shot["computed"][0] for shot in stated["shots"]]
     compared(
         equal("headline", expected=said, got=document["headline"]),
-        equal("outcomes", expected=[0.0, None, 1.0], got=[row["outcome"] for row in stated["rows"]]),
-        equal("beside the wall that holds", expected=beside, got=stated["rows"][0]["reason"]),
-        equal("why it is open", expected=why, got=stated["rows"][1]["reason"]),
+        equal("outcomes", expected=[False, None, True], got=[shot["outcome"] for shot in stated["shots"]]),
+        equal("what its grids say where the wall holds", expected="3 grids agree", got=ways[0]["grids"]),
+        equal("beside the wall that holds", expected={"count": 8, "of": 17}, got=ways[0]["found"]),
+        equal("why it is open", expected=why, got=ways[1]["grids"]),
         equal("the page says so", expected=True, got='id="outcomes"' in page(document) and why in page(document)),
     )
 
@@ -65,53 +69,77 @@ def test_report__leaves_a_shot_undecided_where_its_grids_disagree(compared: Call
 def test_report__leaves_a_shot_undecided_where_its_models_disagree() -> None:
     document = document_of(by_model, SPEED, BOTH)
     assert document["headline"] == "Undecided at 4-5 km/s, wall perforated at 6 km/s."
-    (stated,) = document["outcomes"]
-    assert [row["outcome"] for row in stated["rows"]] == [None, None, 1.0]
-    assert stated["rows"][0]["at"] == {"speed": 4e3}
-    assert stated["rows"][0]["reason"] == (
-        "wall holds with geometry axisymmetric; wall perforated with geometry quarter"
-    )
+    [stated] = document["outcomes"]["quantities"]
+    assert [shot["outcome"] for shot in stated["shots"]] == [None, None, True]
+    first = stated["shots"][0]
+    assert first["at"] == {"speed": 4e3}
+    assert [(way["model"]["geometry"], way["outcome"]) for way in first["computed"]] == [
+        ("axisymmetric", False),
+        ("quarter", True),
+    ]
 
 
-def stated(*rows: tuple[float | None, str, float]) -> dict[str, Any]:
-    """An outcome by its value, its reason and the thickness of a wall (mm)."""
-    return {
-        "words": list(HOLDS.outcomes),
-        "rows": [{"at": {"wall": 1e-3 * wall}, "outcome": value, "reason": why} for value, why, wall in rows],
-    }
+def way(outcome: bool | None, grids: str = "", *flags: str, says: bool | None = None, **model: str) -> ComputedWay:
+    return ComputedWay(model, outcome, says, flags, grids, Share(7, 17) if outcome is False else None)
 
 
-WALLS = [{"name": "wall", "unit": "m"}]
-FAST = [{"name": "speed", "value": 6.7e3}]
+def shot(wall: float, *ways: ComputedWay) -> ShotOutcome:
+    """A shot at a wall of some mm."""
+    said = {each.outcome for each in ways}
+    return ShotOutcome({"wall": 1e-3 * wall}, ways[0].outcome if len(said) == 1 else None, ways)
+
+
+YES, NO, OPEN = way(True), way(False), way(None, "", "closed_by_film")
+FOUND = "(finds 7 of 17 failures)"
 
 
 @pytest.mark.parametrize(
-    ("rows", "fixed", "said"),
+    ("shots", "speed", "said"),
     [
-        ([(0.0, "3 grids agree", 2)], [], "Wall holds (3 grids agree)."),
-        ([(1.0, "one grid", 2)], FAST, "At 6.7 km/s: wall perforated (one grid)."),
-        ([(None, "closed by film", 2)], FAST, "At 6.7 km/s: undecided: closed by film."),
-        ([(None, "why " * 30, 2)], [], "Undecided."),
+        ([shot(2, way(False, "3 grids agree"))], None, f"Wall holds (3 grids agree) {FOUND}."),
+        ([shot(2, YES)], 6.7e3, "At 6.7 km/s: wall perforated (one grid)."),
+        ([shot(2, OPEN)], 6.7e3, "At 6.7 km/s: undecided: closed by film."),
+        ([shot(2, way(None, "", "still_attached", says=False))], None, "Undecided: wall holds, but still attached."),
         (
-            [(1.0, "", 2), (0.0, "", 4), (1.0, "", 3)],
-            FAST,
-            "At 6.7 km/s: wall perforated at wall 2-3 mm, wall holds at 4 mm, undecided between.",
+            [shot(2, way(False, geometry="axisymmetric"), way(True, geometry="quarter"))],
+            None,
+            "Undecided: wall holds with geometry axisymmetric; wall perforated with geometry quarter.",
+        ),
+        ([shot(2, way(None, "why " * 30))], None, "Undecided."),
+        (
+            [shot(2, YES), shot(4, NO), shot(3, YES)],
+            6.7e3,
+            f"At 6.7 km/s: wall perforated at wall 2-3 mm, wall holds at 4 mm, undecided between {FOUND}.",
         ),
         (
-            [(1.0, "", 2), (None, "", 3), (0.0, "", 4)],
-            [],
-            "Wall perforated at wall 2 mm, undecided at 3 mm, wall holds at 4 mm.",
+            [shot(2, YES), shot(3, OPEN), shot(4, NO)],
+            None,
+            f"Wall perforated at wall 2 mm, undecided at 3 mm, wall holds at 4 mm {FOUND}.",
         ),
-        ([(0.0, "", 2), (0.0, "", 4)], [], "Wall holds at wall 2-4 mm."),
+        ([shot(2, NO), shot(4, NO)], None, f"Wall holds at wall 2-4 mm {FOUND}."),
         (
-            [(value, "", wall) for wall, value in enumerate([0.0, 1.0, 0.0, 1.0, 0.0, None])],
-            [],
-            "Wall holds at 3 of 6 points, wall perforated at 2 of 6 points, undecided at 1 of 6 points.",
+            [shot(wall, each) for wall, each in enumerate((NO, YES, NO, YES, NO, OPEN))],
+            None,
+            f"Wall holds at 3 of 6 points, wall perforated at 2 of 6 points, undecided at 1 of 6 points {FOUND}.",
         ),
-        ([], [], ""),
     ],
 )
 def test_headline__says_where_an_outcome_is_known_and_where_undecided(
-    rows: list[tuple[float | None, str, float]], fixed: list[dict[str, Any]], said: str
+    shots: list[ShotOutcome], speed: float | None, said: str
 ) -> None:
-    assert openings.of_outcomes(stated(*rows), {"fixed": fixed, "axes": WALLS}) == said
+    no, yes = HOLDS.outcomes
+    outcomes = QuantityOutcomes("wall_perforated", (no, yes), True, tuple(shots))
+    assert _outcomes.headline(outcomes, {"wall": "m"}, speed) == said
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ([183.0], "Perforated from speed 183 m/s, between 180 and 186 m/s."),
+        ([183.0, 250.0], "Perforated from speed 0.183-0.25 km/s (2 limits)."),
+        ([None], "The search for perforated found no limit."),
+    ],
+)
+def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
+    found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
+    assert _search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said

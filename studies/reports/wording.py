@@ -1,0 +1,89 @@
+"""Words by templates: records in, plain text out, in the longest form that is short enough for a headline."""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib.resources import files as resources
+from typing import TYPE_CHECKING, TypeAlias
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined, Template
+
+from studies.quantities.display import decimals, digits, display_alone, display_of, duration, percent
+from studies.quantities.units import readable
+from studies.reports.words import MOST_WORDS, capital, number_of, share, spanned, unit_of, words
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+FORMS = 6  # of a headline, from the longest to the shortest
+COUNTS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+Told: TypeAlias = "DataclassInstance | Callable[..., str] | Mapping[str, str | None] | int | None"
+
+
+def worded(template: Template, **told: Told) -> str:
+    """A headline: a template's first form with at most ``MOST_WORDS`` words, by its variable ``form`` from 0 on."""
+    text = ""
+    for form in range(FORMS):
+        text = in_words(template, form=form, **told)
+        if len(text.split()) <= MOST_WORDS:
+            return text
+    return f"{' '.join(text.split()[:MOST_WORDS])}…"
+
+
+def in_words(template: Template, **told: Told) -> str:
+    """A text by a template, on one line."""
+    # Narrow spaces stay: they hold a number and its unit together.
+    text = re.sub(r"[ \n]+", " ", template.render(**told)).strip()
+    return capital(re.sub(r" ([,.;:])", r"\1", text))
+
+
+@cache
+def text_template(name: str) -> Template:
+    """A template of plain text, by its file among those of reports, or "package:file"."""
+    return text_environment().get_template(name)
+
+
+def text_environment() -> Environment:
+    """What templates of plain text share; a caller may add filters."""
+    environment = Environment(
+        loader=FunctionLoader(_source), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters.update(
+        size=size,
+        digits=lambda value, unit: digits(value * display_of(unit).factor),
+        share=share,
+        unit=lambda unit: display_of(unit).unit,
+        duration=duration,
+        words=words,
+        capital=capital,
+        counted=lambda count: COUNTS[count] if count < len(COUNTS) else digits(count),
+        told=lambda value, unit: value if isinstance(value, str) else readable(float(f"{value:.3g}"), unit or "1"),
+        span=lambda ends, unit: spanned(*(number_of(end, unit) for end in ends)) + unit_of(unit),
+        number_beside=number_beside,
+        percent=percent,
+        unit_alone=lambda value, unit: display_alone(value, unit).unit,
+    )
+    return environment
+
+
+def size(value: float, unit: str) -> str:
+    """A size with three digits, in the unit that people read."""
+    shown = float(f"{value * display_of(unit).factor:.3g}")
+    if not 0.01 <= abs(shown) < 1e3:
+        return digits(shown)
+    return decimals(shown, max(0, 2 - math.floor(math.log10(abs(shown)))))
+
+
+def number_beside(value: float, other: float, unit: str) -> str:
+    """A number in the unit in which another one stands alone.
+
+    >>> number_beside(900.0, 1100.0, "m s-1"), number_beside(180.0, 183.0, "m s-1")
+    ('0.9', '180')
+    """
+    return digits(value * display_alone(other, unit).factor)
+
+
+def _source(name: str) -> str:
+    package, _, file = name.rpartition(":")
+    return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")

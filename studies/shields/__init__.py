@@ -1,0 +1,1 @@
+"""Whipple shields in reports: the ballistic limit beside equations, shots and the probability to fail."""

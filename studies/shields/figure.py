@@ -1,0 +1,77 @@
+"""The figure of the ballistic limit of a shield: diameter against speed, equations, and shots on shields like it."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import xarray as xr
+
+from studies.cubes.points import Place
+from studies.laws import Shot
+from studies.observations.shields.shots import published
+from studies.quantities.units import readable
+from studies.reports.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
+from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
+from studies.reports.view import MOST_PANELS, spread, title_of
+from studies.reports.wording import in_words, text_template
+from studies.reports.words import joined
+from studies.shields.limit import DIAMETER, shots_at
+from studies.shields.section import ShieldLimit
+
+RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
+
+
+def shield_figure(
+    dataset: xr.Dataset, limits: Sequence[ShieldLimit], every: Sequence[tuple[Place, Shot]]
+) -> Iterator[Figure]:
+    """The critical diameter over the speed, a panel for each shield."""
+    shields: dict[tuple[float | str, ...], list[ShieldLimit]] = {}
+    for limit in limits:
+        shields.setdefault(tuple(limit.at.values()), []).append(limit)
+    shown = spread(list(shields.values()), MOST_PANELS)
+    shots = [next(iter(shots_at(every, each[0].at)), None) for each in shown]
+    yield Figure(
+        name="ballistic_limit",
+        title="Ballistic limit of the shield: diameter of the projectile against speed",
+        caption=_caption(len(shields) > len(shown), [shot for shot in shots if shot]),
+        x=SPEED,
+        y=Scale(DIAMETER, "diameter of the projectile", "m"),
+        panels=tuple(_panel(dataset, each, shot) for each, shot in zip(shown, shots, strict=True)),
+    )
+
+
+def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None) -> Panel:
+    at = limits[0].at
+    series = [*curves_of(DIAMETER, shot), *outcomes_of(like_shields(shot))] if shot else []
+    known = [(limit.speed, limit.lower, limit.upper) for limit in limits if limit.lower and limit.upper]
+    if known:
+        speeds, low, high = zip(*known, strict=True)
+        inside = (True,) * len(known)
+        series.append(Series("band", INTERVAL, speeds, low=low, high=high, in_range=inside, connected=False))
+    why = text_template("studies.shields:why.txt")
+    for label, perforated in RUNS.items():
+        runs = [(limit.speed, run) for limit in limits for run in limit.runs if run.perforated is perforated]
+        if runs:
+            speeds, each = zip(*runs, strict=True)
+            sizes, notes = tuple(run.diameter for run in each), tuple(in_words(why, run=run) for run in each)
+            doubts = tuple(", ".join(run.flags).replace("_", " ") for run in each)
+            series.append(Series("run", label, speeds, sizes, doubts=doubts, notes=notes, connected=False))
+    return Panel(title_of(dataset, at), at, tuple(series))
+
+
+def _caption(is_cut: bool, shots: Sequence[Shot]) -> str:
+    stresses = [shot.shield.wall_yield_stress for shot in shots if shot.shield]
+    known = dict.fromkeys("unknown" if math.isnan(each) else readable(each, "Pa") for each in stresses)
+    sentences = [
+        "Squares: runs, filled where the wall is perforated. A bar reaches from the largest projectile that is held to "
+        "the smallest that perforates."
+    ]
+    if known:
+        sentences.append(
+            f"Lines: equations, dotted outside their range; yield stress of the wall: {joined(list(known))}. Circles: "
+            f"those of {len(published().shots)} published shots that are on shields like this one, at any speed: ln "
+            "ratios of bumper, wall, space, densities and the wall's yield stress, and the angle in rad, have a root "
+            f"of the sum of squares of at most {LIKE:g}."
+        )
+    if is_cut:
+        sentences.append("The cube contains the shields that are not drawn.")
+    return " ".join(sentences)

@@ -1,0 +1,143 @@
+"""The ballistic limit of a shield at each speed: the interval of the simulation, and what each equation says."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import reading
+from studies.cubes import variables as cubes
+from studies.cubes.points import Place, axes_of, by_run, places_of, plain, simulated_values
+from studies.cubes.variable import variable_name
+from studies.laws import CRITICAL, DRAWN_ONLY, Shot
+from studies.observations.shields.answers import SHORT
+from studies.quantities.findings import InvalidInput
+from studies.quantities.measured import doubting_flags
+from studies.reports.evidence import LawAnswers, answers_of
+from studies.reports.judgement import beginning
+from studies.reports.records import Outcome
+from studies.reports.sections._outcomes import WALL, failures_found_at, normal_speeds
+from studies.shields.section import Equation, Incomparable, ShieldLimit, WallRun
+from studies.sweeps.reading import ACCEPTED
+from studies.sweeps.search import interval_of
+from studies.sweeps.sweep import Sweep
+
+DIAMETER = CRITICAL[WALL]
+
+
+def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
+    """The limits of a cube of shields, by the other axes and the speed; none where it has no wall, or no equation."""
+    if DIAMETER not in reading.critical_of(points) or WALL not in reading.quantities_of(points):
+        return ()
+    runs, places, speeds = _wall_runs(points), places_of(points), by_run(points, "speed")
+    others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
+    groups: dict[tuple[tuple[float | str, ...], float], list[int]] = {}
+    for cell, place in enumerate(places):
+        if math.isfinite(runs[cell].diameter):
+            groups.setdefault((tuple(place[axis] for axis in others), float(speeds[cell])), []).append(cell)
+    laws, normal, found = list(answers_of(points, DIAMETER)), normal_speeds(points), failures_found_at(points)
+    mixed = bool(reading.mixed_versions(points, WALL))
+    limits = []
+    for (values, speed), cells in sorted(groups.items(), key=lambda group: group[0][1]):
+        mine = sorted(cells, key=lambda cell: runs[cell].diameter)
+        lower, upper = interval_of({runs[cell].diameter: runs[cell].perforated for cell in mine})
+        ends = [runs[cell] for cell in mine if runs[cell].diameter in (lower, upper)]
+        flags = tuple(dict.fromkeys(flag for run in ends for flag in run.flags))
+        reason = Incomparable.DEFINITIONS if mixed else Incomparable.FLAGGED if flags else None
+        equations = _equations(laws, {cell: runs[cell].diameter for cell in mine}, (lower, upper), reason)
+        limits.append(
+            ShieldLimit(
+                at=dict(zip(others, values, strict=True)),
+                speed=speed,
+                normal_speed=normal[mine[0]],
+                runs=tuple(runs[cell] for cell in mine),
+                lower=reading.finite(lower),
+                upper=reading.finite(upper),
+                reason=reason,
+                flags=flags,
+                equations=tuple(equations),
+                found=found[mine[0]],
+            )
+        )
+    return tuple(limits)
+
+
+def shots_of(dataset: xr.Dataset) -> list[tuple[Place, Shot]]:
+    """The shots of a sweep with the values of its axes; none of a sweep of another version."""
+    with suppress(InvalidInput):
+        sweep = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)
+        places = ({variable_name(name): plain(value) for name, value in at.items()} for at in sweep.coordinates())
+        return list(zip(places, sweep.shots(), strict=True))
+    return []
+
+
+def shots_at(shots: Sequence[tuple[Place, Shot]], at: Place) -> list[Shot]:
+    """The shots at values of axes."""
+    return [shot for place, shot in shots if all(place[name] == value for name, value in at.items())]
+
+
+def _wall_runs(points: xr.Dataset) -> list[WallRun]:
+    """What happened at each point; undecided where its grids leave it open, or no run of it has an outcome."""
+    outcomes = simulated_values(points, WALL).ravel()
+    refined = cubes.VERDICT_REASON.is_in(points, WALL)
+    grids = cubes.VERDICT_REASON.of(points, WALL).values.ravel() if refined else [""] * outcomes.size
+    states = cubes.RUN_STATE.of(points).values.ravel()
+    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), list(reading.doubts_at(points, WALL))
+    runs = []
+    for place, outcome in enumerate(outcomes):
+        says = bool(outcome > 0.5) if math.isfinite(outcome) else None
+        # Several grids have left it open where their finest says so.
+        doubts = doubting_flags(outcome, flags[place]) if says is not None and not refined else ()
+        runs.append(
+            WallRun(
+                diameter=float(diameters[place]),
+                perforated=None if doubts else says,
+                says=says,
+                state=cubes.STATES[states[place]],
+                grids=str(grids[place]),
+                flags=tuple(flags[place]),
+                doubts=doubts,
+            )
+        )
+    return runs
+
+
+def _equations(
+    laws: Sequence[LawAnswers], runs: Mapping[int, float], interval: tuple[float, float], reason: Incomparable | None
+) -> list[Equation]:
+    """Each equation that may judge, at the diameters of cells of one speed: nearest first, outside its range last."""
+    found = []
+    cells, diameters = list(runs), np.array(list(runs.values()))
+    for law in laws:
+        values = law.answers[cells]
+        if law.confidence in DRAWN_ONLY or not np.isfinite(values).any():
+            continue
+        nearest = int(np.nanargmin(np.abs(np.log(diameters / values))))  # the projectile nearest to what it says
+        diameter, outside = float(values[nearest]), law.outside[cells[nearest]]
+        why = Incomparable.OUTSIDE if outside else reason
+        outcome, difference, why = (Outcome.NOT_COMPARABLE, None, why) if why else _beside(diameter, *interval)
+        found.append(Equation(law.label, law.title, _name(law), diameter, outcome, difference, why, outside))
+    ends = [end for end in interval if math.isfinite(end)] or list(diameters)
+    middle = float(np.log(ends).mean())
+    return sorted(found, key=lambda each: (bool(each.outside), abs(math.log(each.diameter) - middle)))
+
+
+def _beside(diameter: float, lower: float, upper: float) -> tuple[Outcome, float | None, Incomparable | None]:
+    """A critical diameter beside an interval, whose ends are NaN where there are none."""
+    if diameter > upper:
+        return Outcome.HIGH, diameter / upper - 1.0, None
+    if diameter < lower:
+        return Outcome.LOW, diameter / lower - 1.0, None
+    ends = math.isfinite(lower) + math.isfinite(upper)
+    if ends == 2:
+        return Outcome.WITHIN, 0.0, None
+    return Outcome.NOT_COMPARABLE, None, Incomparable.ONE_END if ends else Incomparable.NO_END
+
+
+def _name(law: LawAnswers) -> str:
+    """The author with what the field calls the equation: "Christiansen (NNO)", "Reimerdes"."""
+    author, short = beginning(law.title), SHORT.get(law.label.partition("/")[0], "")
+    return f"{author} ({short})" if short not in ("", author, law.title) else author

@@ -1,0 +1,161 @@
+"""The section of the ballistic limit: at each speed, on each shield, what holds, what perforates, and what is likely.
+
+The interval of the simulation reaches from the largest projectile whose wall holds to the smallest that perforates it.
+Diameters are those of the sphere with the projectile's volume, as the equations have them.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from studies.observations.shields.judged import Share
+from studies.observations.shields.shots import NearShot
+from studies.reports.records import Outcome, Place
+from studies.reports.section import Part, Section, Source
+
+
+class Incomparable(StrEnum):
+    """Why an equation is not comparable with the simulation."""
+
+    OUTSIDE = "outside"  # of the equation's range
+    FLAGGED = "flagged"  # the runs at the ends of the interval are
+    DEFINITIONS = "definitions"  # runs were measured by several
+    ONE_END = "one_end"  # the interval has one end, which does not contradict the equation
+    NO_END = "no_end"
+
+
+class Apart(StrEnum):
+    """Why a simulation is not joined with the probability."""
+
+    NO_SUCH_SHOTS = "no_such_shots"  # with this failure, and as many grids
+    NO_GAIN = "no_gain"  # at such speeds they are not seen to improve it
+    ANGLE = "angle"
+    SETTING = "setting"
+    CELLS_ACROSS = "cells_across"  # too few
+    CELLS_THROUGH = "cells_through"
+
+
+@dataclass(frozen=True)
+class WallChance:
+    """A probability that the wall fails, with the interval that a laboratory not seen may find (95 %)."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class NotJoined:
+    """Why a simulation is not joined, with the setting that differs; of cells the least number."""
+
+    reason: Apart
+    setting: str = ""
+    value: float | str | None = None
+
+
+@dataclass(frozen=True)
+class WallRun:
+    """What the projectile of a point did to the wall, and how likely the wall fails."""
+
+    diameter: float  # m
+    perforated: bool | None  # None: undecided
+    says: bool | None  # what its grid says where flags leave that open
+    state: str  # of the run
+    grids: str  # what its grids say together; empty of one grid
+    flags: tuple[str, ...]
+    doubts: tuple[str, ...]  # the flags that leave it open
+    before: WallChance | None = None  # from equations and shots
+    joined: WallChance | None = None  # with the simulation
+    outside: str = ""  # why the shot is like none of the published ones
+    apart: NotJoined | None = None
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What an equation says beside the interval of the simulation."""
+
+    law: str  # label
+    title: str
+    name: str  # short
+    diameter: float  # m, the critical one
+    outcome: Outcome  # high: unsafe, it says that a wall holds which is perforated; low: too careful
+    difference: float | None  # beyond the interval, over the nearer end; None where it is not comparable
+    reason: Incomparable | None
+    outside: str  # why it is outside of its range
+
+
+@dataclass(frozen=True)
+class ShieldLimit:
+    """Simulation and equations at one speed, on one shield."""
+
+    at: Place  # values of the axes beside speed and diameter
+    speed: float  # m/s
+    normal_speed: float  # m/s
+    runs: tuple[WallRun, ...]  # by ascending diameter
+    lower: float | None  # m: the largest that holds
+    upper: float | None  # m: the smallest that perforates
+    reason: Incomparable | None  # why no equation is judged
+    flags: tuple[str, ...]  # of the runs at the ends
+    equations: tuple[Equation, ...]  # nearest first
+    found: Share | None  # of perforated walls: those that such simulations perforate; None where none was simulated
+
+
+@dataclass(frozen=True)
+class OrderedShots:
+    """Published shots that are easier than one in every respect, or harder."""
+
+    shots: int
+    contrary: int  # of these: easier and failed, or harder and held
+
+
+@dataclass(frozen=True)
+class JustSafe:
+    """The size at which a shield is just safe by a risk or by an equation, all else as in the shot."""
+
+    size: str  # projectile_diameter: the largest; wall_thickness: the thinnest; stand_off: the shortest
+    risk: float | None
+    law: str | None
+    value: float | None  # m
+    reason: str | None  # why there is none: a word of studies.observations.shields.inverse.NoSize
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Published shots beside the shot that opens the report, and the designer's inverse of it."""
+
+    at: Place
+    speed: float
+    diameter: float
+    failed: int  # of the shots on shields like it, at any speed and of any diameter
+    held: int
+    easier: OrderedShots
+    harder: OrderedShots
+    nearest: tuple[NearShot, ...]
+    safe: tuple[JustSafe, ...]
+
+
+@dataclass(frozen=True)
+class BallisticLimit:
+    """The limits of a sweep of shields."""
+
+    rows: tuple[ShieldLimit, ...]
+    beside: Beside | None
+    has_grids: bool  # whether each point has several
+
+
+def _part(source: Source) -> Part | None:
+    from studies.shields.part import part_of
+
+    return part_of(source)
+
+
+SECTION = Section(
+    "ballistic_limit",
+    "Ballistic limit",
+    10,
+    BallisticLimit,
+    _part,
+    "studies.shields:section.html",
+    "studies.shields:first.html",
+    "studies.shields:appendix.html",
+    rank=10,
+)
