@@ -269,8 +269,8 @@ def _choice(series: Sequence[Series]) -> str:
         "shields keep none, though [drawn shots](simulated-shields.md) speak for it. Faster impacts, which the rule "
         "does not ask, are in "
         "[plate-spall](validation/plate-spall.md) and [limits](limits.md). Holes with it and without differ by "
-        f"{most} at most. The [model part](report.md#the-outcome-of-a-law) of each bar names the failures that are out and does "
-        "not count them.\n"
+        f"{most} at most. The [model part](report.md#the-outcome-of-a-law) of each bar names the failures that are out "
+        "and does not count them.\n"
     )
 
 
