@@ -8,7 +8,7 @@ from functools import partial
 
 from docs.pages import MADE, plots
 from studies import laws, materials, measurements
-from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot, limit_in_words
+from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot, limit_in_latex
 from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
 
@@ -105,7 +105,7 @@ def drawn_laws(quantity: str) -> list[Law]:
 def _section(law: Law) -> Iterator[str]:
     yield f"### {law.title}\n"
     yield f"`{law.name}`, `{file_of(law)}`\n"
-    yield f"```text\n{law.equation}\n```\n"
+    yield f"{law.latex or law.equation}\n"
     scatter = "not published" if law.scatter is None else f"{100.0 * law.scatter:.0f} %"
     known = CONFIDENCES.get(law.confidence, law.confidence)
     use = "" if law.use == "verdict" else f" Use: {law.use}."
@@ -120,7 +120,7 @@ def _limit(law: Law, limit: Limit) -> str:
         *([] if derived or limit.source in law.source else [limit.source]),
         *([] if limit.machine_checked else ["not checked"]),
     ]
-    return limit_in_words(limit) + (f" ({', '.join(notes)})" if notes else "")
+    return limit_in_latex(limit) + (f" ({', '.join(notes)})" if notes else "")
 
 
 def file_of(law: Law) -> str:

@@ -22,7 +22,7 @@ from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeStatus, Reason
 from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
-from studies.laws._words import in_words, limit_in_words, range_in_words
+from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words
 from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
@@ -44,6 +44,7 @@ __all__ = [
     "aluminium",
     "answering",
     "in_words",
+    "limit_in_latex",
     "limit_in_words",
     "load",
     "names",
@@ -69,7 +70,7 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 DRAWN_ONLY: Mapping[str, str] = {"memory": "recalled and unchecked", "indicative": "a rule of thumb or a limit"}
 # What a catalogue says of a law besides its range.
 DESCRIBED = (
-    *("name", "title", "quantity", "equation", "source", "confidence", "use"),
+    *("name", "title", "quantity", "equation", "latex", "source", "confidence", "use"),
     *("scatter", "size_exponent", "largest_obliquity"),
 )
 PRINTED = 0.005  # relative: tables print two to three digits
@@ -118,6 +119,7 @@ class Law:
     title: str
     quantity: str  # "hole_diameter": a measurement, or one of UNMEASURED
     equation: str  # as published, with its units
+    latex: str = ""  # the same for pages, formulas between dollar signs; empty: the equation as it is
     source: str
     confidence: str  # how well equation and constants are known: a word of studies.materials.CONFIDENCES
     range: Range

@@ -12,6 +12,8 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "kg m-3": (" g/cm3", 1e3),
     "rad": (" deg", math.radians(1.0)),
 }
+# Symbols of limits in LaTeX, where it is another text.
+LATEX: Mapping[str, str] = {"rho_p/rho_t": r"\rho_p/\rho_t", "projectile L/d": r"\text{projectile } L/d"}
 LIMITS: Mapping[Code, str] = {
     Code.LIKE_ON_LIKE: "like on like",
     Code.TARGET_FAMILY: "{first} target",
@@ -60,6 +62,14 @@ def limit_in_words(limit: Limit) -> str:
     return LIMITS[limit.code].format(**_names(limit.names), high=limit.high / size, unit=unit)
 
 
+def limit_in_latex(limit: Limit) -> str:
+    """A limit without its source for pages: bounds of a number between dollar signs, words otherwise."""
+    if limit.code is not Code.BETWEEN:
+        return limit_in_words(limit)
+    bounded = _bounded(limit, LATEX.get(limit.symbol, limit.symbol), r"\leq", r"\geq")
+    return f"${bounded}${UNITS[limit.unit][0]}"
+
+
 def in_words(reasons: Iterable[Reason]) -> str:
     """Why an answer is outside of the range, or there is none; empty without a reason."""
     return "; ".join(f"{_reason(each)} ({each.source})" if each.source else _reason(each) for each in reasons)
@@ -70,11 +80,16 @@ def _with_source(limit: Limit) -> str:
 
 
 def _interval(limit: Limit) -> str:
-    unit, size = UNITS[limit.unit]
+    return _bounded(limit, limit.symbol, "<=", ">=") + UNITS[limit.unit][0]
+
+
+def _bounded(limit: Limit, symbol: str, at_most: str, at_least: str) -> str:
+    """Bounds and symbol, without the unit."""
+    _, size = UNITS[limit.unit]
     low, high = limit.low / size, limit.high / size
     if not math.isfinite(high):
-        return f"{limit.symbol} >= {low:g}{unit}"
-    return f"{f'{low:.3g} <= ' if low > 0.0 else ''}{limit.symbol} <= {high:.3g}{unit}"
+        return f"{symbol} {at_least} {low:g}"
+    return f"{f'{low:.3g} {at_most} ' if low > 0.0 else ''}{symbol} {at_most} {high:.3g}"
 
 
 def _reason(reason: Reason) -> str:

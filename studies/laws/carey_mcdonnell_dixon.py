@@ -29,6 +29,10 @@ LAW = Law(
     equation=(
         "D/d = 1 + 1.5 (t/d) v^0.3 / [1 + (t/d)^2 v^-n], n = 1.02 - 4 exp(-0.9 v^0.9) - 0.003 (20 - v), v in km/s"
     ),
+    latex=(
+        r"$D/d = 1 + \frac{1.5 (t/d) v^{0.3}}{1 + (t/d)^2 v^{-n}}$, $n = 1.02 - 4 \exp({-0.9} v^{0.9})$ "
+        "${}- 0.003 (20 - v)$, $v$ in km/s"
+    ),
     source="Carey, McDonnell and Dixon (1985), as recalled",
     confidence="memory",
     range=Range(speed(2.0, 20.0, NOT_FOUND), plate(), stated("foils", NOT_FOUND)),

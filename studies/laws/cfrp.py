@@ -40,6 +40,10 @@ LAW = Law(
         "p/d = 0.62 (rho_p/rho_t)^(1/2) (v cos(theta))^(2/3) (2011), 0.52 rho_p^(1/2) "
         "(v cos(theta))^(2/3) (2009), rho_p in g/cm3, v in km/s"
     ),
+    latex=(
+        r"$p/d = 0.62 (\rho_p/\rho_t)^{1/2} (v \cos(\theta))^{2/3}$ (2011), $0.52 \rho_p^{1/2} (v \cos(\theta))^{2/3}$ "
+        r"(2009), $\rho_p$ in g/cm3, $v$ in km/s"
+    ),
     source=f"{RYAN}, 245, Eq. 15; {HANDBOOK}, Eq. 4-13 without insulation",
     confidence="verified",
     range=Range(family("cfrp", RYAN), speed(5.8, 6.6, RYAN), stated("quasi-isotropic laminate of 3.8 mm", RYAN)),

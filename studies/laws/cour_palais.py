@@ -40,6 +40,10 @@ LAW = Law(
         "p = 5.24 d^(19/18) H^(-1/4) (rho_p/rho_t)^(1/2) (v cos(theta)/C)^(2/3), p, d in cm, H: BHN; "
         "exponent 2/3 of rho_p/rho_t from 1.5 on"
     ),
+    latex=(
+        r"$p = 5.24 d^{19/18} H^{-1/4} (\rho_p/\rho_t)^{1/2} (v \cos(\theta)/C)^{2/3}$, $p$, $d$ in cm, $H$: BHN; "
+        r"exponent $2/3$ of $\rho_p/\rho_t$ from 1.5 on"
+    ),
     source=(
         "Christiansen et al. (2009), NASA/TM-2009-214785, Eqs. 4-1 and 4-2; Christiansen (1993), "
         "Int. J. Impact Eng. 14, 145, Eq. 1"

@@ -49,6 +49,11 @@ LAW = Law(
         "d = {t H^(1/4) (rho_t/rho_p)^(1/2) / [1.8 5.24 (v cos(theta)/C)^(2/3)]}^(18/19), d, t in cm, H: BHN; "
         "exponent 2/3 of rho_t/rho_p from rho_p/rho_t = 1.5 on; 1.8 for no perforation (2.2 detached, 3.0 any spall)"
     ),
+    latex=(
+        r"$d = \left(\frac{t H^{1/4} (\rho_t/\rho_p)^{1/2}}{1.8 \cdot 5.24 (v \cos(\theta)/C)^{2/3}}\right)^{18/19}$, "
+        r"$d$, $t$ in cm, $H$: BHN; exponent $2/3$ of $\rho_t/\rho_p$ from $\rho_p/\rho_t = 1.5$ on; 1.8 for no "
+        "perforation (2.2 detached, 3.0 any spall)"
+    ),
     source=f"{HANDBOOK}, Eqs. 4-1 to 4-5, with Eq. 4-5 for perforation",
     confidence="verified",
     size_exponent=1.0 / cour_palais.SIZE_EXPONENT,

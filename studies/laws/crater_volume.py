@@ -28,6 +28,7 @@ LAW = Law(
     title="Volume over energy (constant fitted to one copper shot)",
     quantity="crater_volume",
     equation="V = K E, K = 0.639 mm3/J fitted, E: kinetic energy of the projectile",
+    latex=r"$V = K E$, $K = 0.639$ mm3/J fitted, $E$: kinetic energy of the projectile",
     source=f"Ma (2005), Eq. 1-1; K from the depth of a hemisphere: {crater_two_thirds.LAW.source}",
     confidence="computed",
     dimension=3,

@@ -38,6 +38,10 @@ LAW = Law(
         "t = K rho_p^0.148 m^0.352 v^0.875, t in cm, m in g, rho_p in g/cm3, v in km/s; "
         "K = 0.54 (2024-T3), 0.52 (1100-O)"
     ),
+    latex=(
+        r"$t = K \rho_p^{0.148} m^{0.352} v^{0.875}$, $t$ in cm, $m$ in g, $\rho_p$ in g/cm3, $v$ in km/s; $K = 0.54$ "
+        "(2024-T3), $0.52$ (1100-O)"
+    ),
     source=f"{COUR_PALAIS}, Eq. 3",
     confidence="verified",
     size_exponent=3.0 * OF_MASS,

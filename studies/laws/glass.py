@@ -35,6 +35,10 @@ LAW = Law(
         "p = c d^(19/18) rho_p^(1/2) (v cos(theta))^(2/3), p, d in cm, rho_p in g/cm3, v in km/s; "
         "c = 0.53 (fused silica), 0.758 (fused quartz)"
     ),
+    latex=(
+        r"$p = c d^{19/18} \rho_p^{1/2} (v \cos(\theta))^{2/3}$, $p$, $d$ in cm, $\rho_p$ in g/cm3, $v$ in km/s; "
+        "$c = 0.53$ (fused silica), $0.758$ (fused quartz)"
+    ),
     source=f"{RYAN}, 245, Eq. 19",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,

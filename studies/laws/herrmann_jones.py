@@ -33,6 +33,10 @@ LAW = Law(
         "p/d = 0.6 (rho_p/rho_t)^(2/3) ln[1 + (rho_p/rho_t)^(2/3) rho_t v^2 / (4 H)], "
         "H: Brinell hardness of the target as a pressure"
     ),
+    latex=(
+        r"$p/d = 0.6 (\rho_p/\rho_t)^{2/3}$ $\ln[1 + (\rho_p/\rho_t)^{2/3} \rho_t v^2 / (4 H)]$, $H$: Brinell hardness "
+        "of the target as a pressure"
+    ),
     source="Herrmann and Jones (1961)",
     confidence="cross-checked",
     range=Range(speed(1.0, 8.0, NOT_FOUND), stated("metals", NOT_FOUND)),

@@ -36,6 +36,10 @@ LAW = Law(
         "D/d = 2.8 (rho_p/rho_t)^-0.035 (v/C_t)^0.335 (v/C_p)^0.113 (t/d)^0.516 + 0.6, "
         "C_t, C_p: sound speeds of target and projectile"
     ),
+    latex=(
+        r"$D/d = 2.8 (\rho_p/\rho_t)^{-0.035} (v/C_t)^{0.335}$ $(v/C_p)^{0.113} (t/d)^{0.516} + 0.6$, $C_t$, $C_p$: "
+        "sound speeds of target and projectile"
+    ),
     source=(
         "constants read in public codes that cite nothing; attributed to Hill (2004), Int. J. "
         "Impact Eng. 30, 303, by its variables"

@@ -42,6 +42,7 @@ def _laws(metal: str, of_depth: Law, factors: Mapping[str, float], source: str) 
             title=f"{limit.replace('_', ' ').capitalize()}, {of_depth.title}",
             quantity=f"{limit}_thickness",
             equation=f"t = {factor:g} p, {of_depth.equation}",
+            latex=f"$t = {factor:g} p$, {of_depth.latex}",
             source=source,
             ratio=_ratio(of_depth, factor),
         )
@@ -61,6 +62,7 @@ LAW = (
         title="Detached spall, Gehring",
         quantity="detached_spall_thickness",
         equation=f"t = 2.3 p, {cour_palais.LAW.equation}",
+        latex=f"$t = 2.3 p$, {cour_palais.LAW.latex}",
         source=f"Gehring, in {COUR_PALAIS}, p. 225, who has 3 p for spall and 1.8 p for perforation too",
         confidence="second-hand",
         size_exponent=cour_palais.SIZE_EXPONENT,

@@ -27,6 +27,7 @@ LAW = Law(
     title="Sawle",
     quantity="hole_diameter",
     equation="D/d = 3.2 [(rho_p/rho_t) (v/C)]^0.22 (t/d)^(2/3) + 1, C: bulk sound speed of the target",
+    latex=r"$D/d = 3.2 [(\rho_p/\rho_t) (v/C)]^{0.22} (t/d)^{2/3} + 1$, $C$: bulk sound speed of the target",
     source="Sawle (1969), AIAA paper 69-378",
     confidence="cross-checked",
     range=Range(like_on_like(NOT_FOUND), family("aluminium", NOT_FOUND), speed(2.0, 8.0, NOT_FOUND), plate()),

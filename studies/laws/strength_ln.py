@@ -30,6 +30,7 @@ LAW = Law(
     title="Zhang and Huang (strength)",
     quantity="hole_diameter",
     equation="D/d = 1.68 ln(v / sqrt(Y/rho)) - 1.91, v and sqrt(Y/rho) in the same unit",
+    latex=r"$D/d = 1.68 \ln(v / \sqrt{Y/\rho}) - 1.91$, $v$ and $\sqrt{Y/\rho}$ in the same unit",
     source=("Ma (2005), Eq. 1-5, after Zhang and Huang (2000), Introduction to hypervelocity impact dynamics"),
     confidence="read",
     range=Range(

@@ -75,6 +75,11 @@ LAW = shield_law(
         "t_b/d = 0.16) and F^(-2/3) from v_n = 7 km/s on, F = r - 2 x (r - 1) + x^2 (r - 1), "
         "x = (t_b/d)/(t_b/d)_crit < 1"
     ),
+    latex=(
+        "that of Christiansen (1993) with shatter from $v_n = 1.436 (t_b/d)^{-1/3}$ km/s on (2.60 km/s from "
+        "$t_b/d = 0.16$) and $F^{-2/3}$ from $v_n = 7$ km/s on, $F = r - 2 x (r - 1) + x^2 (r - 1)$, "
+        r"$x = (t_b/d)/(t_b/d)_{\text{crit}} < 1$"
+    ),
     source=f"{RYAN}, 245, Eqs. 30 to 32, with the walls of r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
     range=range_of(RYAN),

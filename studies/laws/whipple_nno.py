@@ -65,6 +65,12 @@ LAW = shield_law(
         "v_n >= 7: d = 3.918 t_w^(2/3) rho_p^(-1/3) rho_b^(-1/9) v_n^(-2/3) S^(1/3) (s/70)^(1/3); "
         "linear in v_n between; cm, g/cm3, km/s, s: yield stress of the wall in ksi"
     ),
+    latex=(
+        r"$v_n \leq 3$: "
+        r"$d = \left(\frac{t_w (s/40)^{0.5} + t_b}{0.6 \cos(\theta)^{5/3} \rho_p^{0.5} v^{2/3}}\right)^{18/19}$; "
+        r"$v_n \geq 7$: $d = 3.918 t_w^{2/3} \rho_p^{-1/3} \rho_b^{-1/9}$ $v_n^{-2/3} S^{1/3} (s/70)^{1/3}$; linear in "
+        "$v_n$ between; cm, g/cm3, km/s, $s$: yield stress of the wall in ksi"
+    ),
     source=f"Christiansen (1993), Int. J. Impact Eng. 14, 145; {HANDBOOK}, section 4",
     confidence="verified",
     range=range_of(HANDBOOK),

@@ -83,6 +83,13 @@ LAW = shield_law(
         "k_h = 1.35 for x = t_b/(t_w^(2/3) S^(1/2)) >= 0.126, else 7.451 x + 0.411; linear in v between; "
         "cm, g/cm3, km/s, s: yield stress of the wall in ksi"
     ),
+    latex=(
+        r"$v \leq 3/\cos(\theta)^{1.5}$: $d = 1.9 [t_w (s/40)^{0.5} + 0.37 t_b \rho_b]$ "
+        r"$\cos(\theta)^{-11/6} \rho_p^{-0.5} v^{-2/3}$; $v_n \geq 7$: "
+        r"$d = k_h \rho_p^{-1/3} v_n^{-2/3} \rho_b^{-1/9} S^{1/2}$ $(t_w \rho_w)^{2/3} (s/70)^{1/3}$, $k_h = 1.35$ for "
+        r"$x = t_b/(t_w^{2/3} S^{1/2}) \geq 0.126$, else $7.451 x + 0.411$; linear in $v$ between; cm, g/cm3, km/s, "
+        "$s$: yield stress of the wall in ksi"
+    ),
     source=f"{SOURCE}, Eqs. 1 to 3, with S^(1/2) where its text has S^(1/2) and S^(1/3)",
     confidence="read",
     range=range_of(SOURCE),

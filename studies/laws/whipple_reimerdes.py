@@ -68,6 +68,12 @@ LAW = shield_law(
         "v_s = 1.853 + 0.397 (t_b/d)^-0.565; v >= 7: that of Christiansen (1993) times F^(-2/3), "
         "F = r - 10 (t_b/d) (r - 1) + 25 (t_b/d)^2 (r - 1) for t_b/d < 0.2; linear in v between; cm, g/cm3, km/s"
     ),
+    latex=(
+        r"$v \leq v_s$: $d = \left(\frac{t_w/1.8 + t_b}{0.796 \times 0.42 \rho_p^{0.518} v^{2/3}}\right)^{18/19}$, "
+        r"$v_s = 1.853 + 0.397 (t_b/d)^{-0.565}$; $v \geq 7$: that of Christiansen (1993) times $F^{-2/3}$, "
+        "$F = r - 10 (t_b/d) (r - 1)$ ${}+ 25 (t_b/d)^2 (r - 1)$ for $t_b/d < 0.2$; linear in $v$ between; cm, g/cm3, "
+        "km/s"
+    ),
     source=f"{SOURCE}, with 1.8 and r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
     # Table 1 of the paper: k is 1.8 for no perforation, and would be 2.2 for no detached spall.

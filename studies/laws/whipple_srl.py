@@ -101,6 +101,12 @@ LAW = (
             "cos(theta)^delta]; linear in v between; delta = 4/3, between 45 and 65 deg 5/4; cm, g/cm3, km/s, "
             "s: yield stress of the wall in ksi"
         ),
+        latex=(
+            r"$v_n \leq 3$: $d = \left(\frac{t_w/1.4 (s/40)^{0.5} + t_b}{0.6 \cos(\theta)^\delta \rho_p^{0.5} "
+            r"v^{2/3}}\right)^{18/19}$; $v_n \geq 7$: $d = \frac{1.155 S^{1/3} t_w^{2/3} (s/70)^{1/3}}{0.4^{2/3} "
+            r"\rho_p^{1/3} \rho_b^{1/9} v^{2/3} \cos(\theta)^\delta}$; linear in $v$ between; $\delta = 4/3$, between "
+            "45 and 65 deg $5/4$; cm, g/cm3, km/s, $s$: yield stress of the wall in ksi"
+        ),
         source=f"{SOURCE}; {PROGRAM}, Eqs. 58 to 60",
         confidence="read",
         range=range_of(SOURCE, VALIDATED),
@@ -115,6 +121,14 @@ LAW = (
             "(s/70)^(1/3) / [0.4^(2/3) rho_p^(1/3) rho_b^(1/9) v^(2/3) cos(theta)^delta]; linear in v between; delta = "
             "4/3, epsilon = 8/3, between 45 and 65 deg 5/4 and 10/4; t_i: second bumper, S_1 before and S_2 behind it; "
             "cm, g/cm3, km/s, s: yield stress of the wall in ksi"
+        ),
+        latex=(
+            r"$v_n \leq 3$: $d = \left(\frac{(t_w^{0.5} + t_i)/1.4 (s/40)^{0.5} + t_b}{0.6 \cos(\theta)^\delta "
+            r"\rho_p^{0.5} v^{2/3}}\right)^{18/19}$; $v_n \geq 7$: $d = \frac{1.155 [S_1^{1/3} (t_i + 1.5 t_w)^{2/3} + "
+            r"0.1 S_2^{2/3} t_w^{1/3} \cos(\theta)^{-\varepsilon}] (s/70)^{1/3}}{0.4^{2/3} \rho_p^{1/3} \rho_b^{1/9} "
+            r"v^{2/3} \cos(\theta)^\delta}$; linear in $v$ between; $\delta = 4/3$, $\varepsilon = 8/3$, between 45 "
+            "and 65 deg $5/4$ and $10/4$; $t_i$: second bumper, $S_1$ before and $S_2$ behind it; cm, g/cm3, km/s, "
+            "$s$: yield stress of the wall in ksi"
         ),
         source=f"{SOURCE}, Eqs. 1 to 4; {PROGRAM}, Eqs. 65 to 67",
         confidence="read",

@@ -43,6 +43,7 @@ LAW = Law(
     title="Zhang and Tan",
     quantity="hole_diameter",
     equation="D/d = 1.66 (v - 1)^0.5 (t/d)^0.5, v in km/s",
+    latex=r"$D/d = 1.66 (v - 1)^{0.5} (t/d)^{0.5}$, $v$ in km/s",
     source=(
         "Ma (2005), Eq. 1-4: Zhang Deliang and Tan Qingming (1989), after Zhang and Huang (2000), "
         "Introduction to hypervelocity impact dynamics"

@@ -53,6 +53,7 @@ def formula_of(law: Law) -> Callable[..., np.ndarray]:
 
 def test_law__states_equation_source_and_confidence(law: Law) -> None:
     assert "=" in law.equation
+    assert law.latex.count("$") % 2 == 0
     assert len(law.source) > 10
     assert law.confidence in CONFIDENCES
 

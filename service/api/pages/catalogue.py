@@ -11,12 +11,12 @@ from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
 from service.api.access import Reader
-from service.api.pages.formulas import formula
+from service.api.pages.formulas import typeset
 from service.api.pages.rendering import page
 from service.api.reading import drawn_material
 from service.api.routes.dependencies import read_content
 from studies import laws, materials, measurements, observations, scenarios
-from studies.laws import NOT_FOUND, Law, Limit, limit_in_words
+from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
 from studies.observations.shields import shots as shield_shots
 from studies.observations.table import rows_of
@@ -84,7 +84,7 @@ def show_laws(request: Request, caller: Reader) -> Response:
         "laws.html",
         caller,
         quantities=[(name, title, laws.answering(name)) for name, title in titles.items()],
-        formula=formula,
+        typeset=typeset,
         limit=_limit,
         confidences=CONFIDENCES,
     )
@@ -94,7 +94,7 @@ def _limit(law: Law, limit: Limit) -> Markup:
     """A limit of a law's range, with its source where that is another one than the law's."""
     is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
     notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
-    return formula(limit_in_words(limit)) + (f" ({', '.join(notes)})" if notes else "")
+    return typeset(limit_in_latex(limit)) + (f" ({', '.join(notes)})" if notes else "")
 
 
 @router.get("/materials")
