@@ -1,4 +1,4 @@
-"""docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
+"""simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
 ``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes the runs that the file of results does not have,
 by their identities, and stores each as it ends; a directory keeps the states of those that are cut. The shots, the
@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
+from docs.pages import RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields import joined
@@ -267,7 +267,7 @@ def rated(pairs: Sequence[tuple[WallOutcome, Simulated]]) -> tuple[Judged, int]:
 
 
 def pages() -> dict[str, str]:
-    """docs/simulated-shields.md."""
+    """simulated-shields.md."""
     if not STORED.exists():
         return {}
     runs = read_json(STORED)["runs"]
@@ -290,7 +290,6 @@ def pages() -> dict[str, str]:
     scores = joined.validated(simulations(runs)[kind])
     parts = [
         "# Shots on shields, simulated\n",
-        MADE.format(source="`docs/results/simulated-shields.json`"),
         _of_failures(),
         _rule(len(told)),
         *_of_the_mesh(first, runs),
