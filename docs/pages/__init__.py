@@ -10,9 +10,12 @@ where the page has plots, ``drawings()``, SVG by name of file in drawings/.
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib import import_module
 from itertools import groupby
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 from studies.cases.rows import Row
@@ -25,6 +28,19 @@ DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
 DIGITS = 6  # of numbers that are kept for a page
+
+
+@cache
+def made() -> Mapping[str, str]:
+    """Every page and drawing that is made, by the name of its file among those of docs/."""
+    texts: dict[str, str] = {}
+    for found in iter_modules(__path__):
+        if found.name not in ("__main__", "site"):
+            module = import_module(f"{__name__}.{found.name}")
+            texts |= module.pages() if hasattr(module, "pages") else {}
+            drawings = module.drawings() if hasattr(module, "drawings") else {}
+            texts |= {f"drawings/{file}": text for file, text in drawings.items()}
+    return texts
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:

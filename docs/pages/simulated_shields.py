@@ -319,6 +319,7 @@ def _of_failures() -> str:
         share = failures_found(failure, RANGES[1][1])
         assert share is not None
         found.append(f"{share.count} with failure `{failure}`")
+        of = share.of
     stored = read_json(shield_series.STORED)["runs"]
     first = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
     careful = FAILURES[1]
@@ -330,7 +331,7 @@ def _of_failures() -> str:
         if shot.is_perforated
     ]
     return (
-        f"**A simulated wall that holds is no shield that holds.** Of the {share.of} drawn walls that were perforated "
+        f"**A simulated wall that holds is no shield that holds.** Of the {of} drawn walls that were perforated "
         f"from 3 km/s on the simulation found {', '.join(found[:-1])} and {found[-1]}; the last also perforates "
         f"{held.count('perforated')} of the {len(held)} that held. Of the {len(failed)} of "
         f"[two series](shield-series.md) near 7 km/s it found {failed.count('perforated')} with `{OF_PLATES}`.\n"

@@ -7,11 +7,10 @@ It writes the index of the search as a script too, so that the search works from
 import json
 import posixpath
 import re
-from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import Any
+
+from docs.pages import made
 
 ROOT = Path(__file__).parents[2]
 PAGES = {"README.md": "start.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
@@ -32,20 +31,9 @@ def on_files(files: Any, config: Any) -> Any:
     for name, page in PAGES.items():
         text = (ROOT / name).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=relinked(text, "")))
-    for name, text in made():
+    for name, text in made().items():
         files.append(File.generated(config, name, content=text))
     return files
-
-
-def made() -> Iterator[tuple[str, str]]:
-    """Every page and drawing that is made, with the name of its file in docs/."""
-    for found in iter_modules([str(Path(__file__).parent)]):
-        if found.name not in ("__main__", "site"):
-            module = import_module(f"docs.pages.{found.name}")
-            if hasattr(module, "pages"):
-                yield from module.pages().items()
-            if hasattr(module, "drawings"):
-                yield from ((f"drawings/{file}", text) for file, text in module.drawings().items())
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
@@ -76,10 +64,9 @@ def relinked(markdown: str, folder: str) -> str:
         if not file or "://" in target:
             return match[0]
         path = posixpath.normpath(posixpath.join(folder, file))
+        page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
         if path.startswith(SITE):
-            page = path.removeprefix(SITE).removesuffix(".html") + ".md"
-        else:
-            page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
+            page = path.removeprefix(SITE).replace(".html", ".md")
         return f"{image}[{text}]({posixpath.relpath(page, within)}{mark}{anchor})" if page else text
 
     return LINK.sub(link, markdown)
