@@ -27,7 +27,7 @@ from studies.runs.run import Run
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
-DIGITS = 6  # of numbers that are kept for a page
+DIGITS = 8  # of numbers that are kept for a page, which shows fewer
 
 
 @cache
@@ -103,11 +103,11 @@ def row_of(stated: dict[str, Any]) -> Row:
     return Row(**{"expected": "", "got": None, "passed": None, **stated})
 
 
-def short(value: Any) -> Any:
-    """Numbers with the digits that a page may show."""
+def short(value: Any, digits: int = DIGITS) -> Any:
+    """Numbers with so many digits."""
     if isinstance(value, dict):
-        return {name: short(each) for name, each in value.items()}
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+        return {name: short(each, digits) for name, each in value.items()}
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def counted(rows: Sequence[Row]) -> str:

@@ -24,6 +24,7 @@ STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"
 LEVEL: validation.ValidationLevel = "fine"
 MOST_POINTS = 80  # of a curve in a drawing
+DRAWN = 5  # digits of these
 
 
 def compute(directory: Path | None = None, *names: Path) -> None:
@@ -69,7 +70,7 @@ def _kept(picture: Picture) -> dict[str, Any]:
         if len(points) > MOST_POINTS:
             places = np.linspace(points[0, 0], points[-1, 0], MOST_POINTS)
             points = np.column_stack([places, np.interp(places, *points.T)])
-        lines.append({**asdict(line), "points": [list(map(short, point)) for point in points.tolist()]})
+        lines.append({**asdict(line), "points": [[short(each, DRAWN) for each in point] for point in points.tolist()]})
     return {**asdict(picture), "lines": lines}
 
 
