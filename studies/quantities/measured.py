@@ -57,13 +57,17 @@ class Measured:
     mesh_error: Mapping[str, float] | None = None
 
 
+# Where the name of a flag does not say what it is.
+FLAG_WORDS = {"beyond_hugoniot": "compressed more than the Hugoniot was measured"}
+
+
 def flags_in_words(flags: Iterable[str]) -> list[str]:
     """Flags as people read them.
 
     >>> flags_in_words(["still_growing"])
     ['still growing']
     """
-    return [flag.replace("_", " ") for flag in flags]
+    return [FLAG_WORDS.get(flag, flag.replace("_", " ")) for flag in flags]
 
 
 def doubting_flags(outcome: float, flags: Iterable[str]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
 from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
+from studies.quantities.measured import flags_in_words
 from studies.reports.matched import MatchedObservation, Where, interpolate
 from studies.reports.records import Outcome, Reference
 
@@ -313,7 +314,7 @@ class _Quantity:
     def _why_unjudged(self, number: int) -> str:
         """Why the value of a point judges no law; empty where it does."""
         if self.flags[number]:
-            return f"flagged as {', '.join(flag.replace('_', ' ') for flag in self.flags[number])}"
+            return f"flagged as {', '.join(flags_in_words(self.flags[number]))}"
         value = self.values[number]
         if math.isfinite(value):
             return "" if value else NO_SIZE

@@ -28,6 +28,7 @@ from studies.quantities.display import (
     printed_in,
     with_unit,
 )
+from studies.quantities.measured import flags_in_words
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import growth_sketch, setup_sketch
@@ -311,6 +312,7 @@ def environment() -> Environment:
         residual_kind=lambda unit: kind_of(bare(unit), residual=True),
         heading=_heading,
         unit=lambda unit: display_of(bare(unit)).unit,
+        flag=lambda name: flags_in_words([bare(name)])[0],
         plain_kind=lambda kind: kind.removesuffix("_residual"),
         keys=lambda node: list(bare(node)),
         main_ones=lambda quantities: [each for each in quantities if bare(each.main)],

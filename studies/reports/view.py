@@ -12,6 +12,7 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
 from studies.cubes.variable import Variable
+from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
 from studies.reports.figure import Scale
 from studies.reports.records import Place
@@ -90,7 +91,7 @@ class FigureView:
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
-        return [", ".join(flags).replace("_", " ") for flags in reading.doubts_at(self.dataset, name)]
+        return [", ".join(flags_in_words(flags)) for flags in reading.doubts_at(self.dataset, name)]
 
     def normed(self, name: str) -> bool:
         """Whether it is shown over the projectile's diameter."""

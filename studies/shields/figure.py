@@ -8,6 +8,7 @@ import xarray as xr
 from studies.cubes.points import Place
 from studies.laws import Shot
 from studies.observations.shields.shots import published
+from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
 from studies.reports.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
@@ -53,7 +54,7 @@ def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None
         if runs:
             speeds, each = zip(*runs, strict=True)
             sizes, notes = tuple(run.diameter for run in each), tuple(in_words(why, run=run) for run in each)
-            doubts = tuple(", ".join(run.flags).replace("_", " ") for run in each)
+            doubts = tuple(", ".join(flags_in_words(run.flags)) for run in each)
             series.append(Series("run", label, speeds, sizes, doubts=doubts, notes=notes, connected=False))
     return Panel(title_of(dataset, at), at, tuple(series))
 

@@ -15,6 +15,7 @@ from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.findings import InvalidInput
+from studies.quantities.measured import flags_in_words
 from studies.reports.section import Part, Source
 from studies.reports.sections.setup import Constant, Fixed, MaterialUsed, SetUp, StateCount
 from studies.sweeps.reading import ACCEPTED, RESOLUTION
@@ -58,9 +59,9 @@ def flags_of_runs(dataset: xr.Dataset) -> list[list[str]]:
     """All flags of each run, those of a quantity with its name."""
     columns = {"": reading.flag_words(cubes.FLAGS_OF_RUN.of(dataset))}
     for name in reading.quantities_of(dataset):
-        columns[f"{name}: "] = reading.flag_words(cubes.FLAGS.of(dataset, name))
+        columns[f"{name.replace('_', ' ')}: "] = reading.flag_words(cubes.FLAGS.of(dataset, name))
     return [
-        [f"{quantity}{flag}".replace("_", " ") for quantity, column in columns.items() for flag in column[number]]
+        [f"{quantity}{flag}" for quantity, column in columns.items() for flag in flags_in_words(column[number])]
         for number in range(dataset.run_state.size)
     ]
 
