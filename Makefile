@@ -17,12 +17,13 @@ RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
 CLAIMS := $(VENV)/claims.stamp
 
-TARGETS := help demo demo-full test pythons claims soak bench map release clean
+TARGETS := help demo demo-full docs test pythons claims soak bench map release clean
 .PHONY: $(TARGETS)
 
 help:
 	@echo "make demo               set up, compute two example sweeps into $(OUT)/, print its time"
 	@echo "make demo-full          compute every example that ships, into $(OUT)-full/"
+	@echo "make docs               build the documentation, with the pages that are made, into build/site"
 	@echo "make test               set up, then every check: rules, types, imports, tests"
 	@echo "make pythons            the same with each supported Python, in an environment of its own"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
@@ -50,13 +51,19 @@ pythons:
 
 # "make claims house": the words after claims are names of sets or claims, not targets of its own. NAME of the
 # environment is none of ours: make hands it on to whatever it starts, and some shells set it to that of the machine.
+# There is a set "docs" too.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
-NAME = $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
+NAME = $(filter-out $(filter-out docs,$(TARGETS)),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))
 .PHONY: $(NAME)
 $(NAME): claims
 	@:
 endif
+else
+# Strictly: a link that leads nowhere ends it.
+docs: $(DEVELOPMENT)
+	@$(BIN)/python -m mkdocs build --quiet --strict
+	@echo "open build/site/index.html"
 endif
 
 claims: $(CLAIMS)

@@ -1,7 +1,7 @@
 """The stored experience of mesh errors, fitted to the ensemble anew: ``python -m docs.mesh_fit``.
 
-By the rule of docs/mesh-error.md, which was written before the ensemble was computed: series that count, terms of the
-bias, maximum likelihood, groups that are left out, and the domain.
+By the rule of docs/pages/mesh_error.py, which was written before the ensemble was computed: series that count, terms
+of the bias, maximum likelihood, groups that are left out, and the domain.
 """
 
 import json

@@ -1,19 +1,24 @@
-"""The pages of docs/ that a command makes, from what the project ships and from results that were computed once.
+"""Pages of the documentation that are made, from what the project ships and from results that were computed once.
 
-``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results
-behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``, ``validation``).
+``make docs`` builds them into build/site with the pages of docs/. ``python -m docs.pages compute NAME`` computes the
+results behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``verification``,
+``validation``).
 
-How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and, where the page has
-plots, ``drawings()``, SVG by name of file in docs/drawings.
+How to add a page: a module here that offers ``pages()``, Markdown by the name of its file among those of docs/, and,
+where the page has plots, ``drawings()``, SVG by name of file in drawings/.
 """
 
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib import import_module
 from itertools import groupby
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
+from studies.cases.rows import Row
 from studies.quantities.files import RESULT
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
@@ -22,7 +27,20 @@ from studies.runs.run import Run
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
-MADE = "<!-- made by `python -m docs.pages` from {source} -->\n"
+DIGITS = 8  # of numbers that are kept for a page, which shows fewer
+
+
+@cache
+def made() -> Mapping[str, str]:
+    """Every page and drawing that is made, by the name of its file among those of docs/."""
+    texts: dict[str, str] = {}
+    for found in iter_modules(__path__):
+        if found.name not in ("__main__", "site"):
+            module = import_module(f"{__name__}.{found.name}")
+            texts |= module.pages() if hasattr(module, "pages") else {}
+            drawings = module.drawings() if hasattr(module, "drawings") else {}
+            texts |= {f"drawings/{file}": text for file, text in drawings.items()}
+    return texts
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -74,7 +92,25 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
-def counted(rows: Sequence[Mapping[str, Any]]) -> str:
+def plain(row: Row) -> dict[str, Any]:
+    """What a row states, as plain objects, without what is empty."""
+    stated = {name: value for name, value in row.as_json().items() if name != "verdict"}
+    return {name: short(value) for name, value in stated.items() if value not in (None, "", {})}
+
+
+def row_of(stated: dict[str, Any]) -> Row:
+    """The row of plain objects."""
+    return Row(**{"expected": "", "got": None, "passed": None, **stated})
+
+
+def short(value: Any, digits: int = DIGITS) -> Any:
+    """Numbers with so many digits."""
+    if isinstance(value, dict):
+        return {name: short(each, digits) for name, each in value.items()}
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+def counted(rows: Sequence[Row]) -> str:
     """How many of the gates of compared rows hold."""
-    gates = [row["passed"] for row in rows if row["passed"] is not None]
+    gates = [row.passed for row in rows if row.passed is not None]
     return f"{sum(gates)} of {len(gates)}" if gates else "no"

@@ -1,4 +1,4 @@
-"""docs/api.md: what Python programs call, from signatures, docstrings and the comments beside fields."""
+"""api.md: what Python programs call, from signatures, docstrings and the comments beside fields."""
 
 import importlib
 import inspect
@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any
-
-from docs.pages import MADE
 
 PARAGRAPH = "\n\n"
 # Modules and the names of each that are documented; none: those of ``__all__``.
@@ -43,10 +41,9 @@ FIELDS = re.compile(r'^    """.*?"""\n(.*?)(?=^    (?:def|@)|\Z)', re.MULTILINE 
 
 
 def pages() -> dict[str, str]:
-    """docs/api.md."""
+    """api.md."""
     parts = [
         "# Calling whipple from Python\n",
-        MADE.format(source="docstrings"),
         "`whipple` is what notebooks and scripts need; the modules below it are for programs that want single laws, an "
         "answer without a run, or [the solver by itself](solver.md). All numbers are in SI. A service documents REST "
         "itself, at `/docs`.\n",

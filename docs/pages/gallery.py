@@ -1,4 +1,4 @@
-"""docs/gallery.md: the sweeps that ship, a sentence each, and a photograph of the report of those that take seconds.
+"""gallery.md: the sweeps that ship, a sentence each, and a photograph of the report of those that take seconds.
 
 ``python -m docs.pages compute gallery DIRECTORY`` computes what the directory does not have, and takes the
 photographs in Chromium.
@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE
+from docs.pages import DOCS
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 
@@ -77,10 +77,9 @@ def _document(name: str) -> dict[str, Any]:
 
 
 def pages() -> dict[str, str]:
-    """docs/gallery.md."""
+    """gallery.md."""
     parts = [
         "# Gallery\n",
-        MADE.format(source="`studies/sweeps/examples/`"),
         "The sweeps that ship, in `studies/sweeps/examples/`: copy one and change it. A picture shows the last run in "
         "section, or the first figure of the report. Those without take minutes; `whipple estimate FILE.yaml` says how "
         "many.\n",

@@ -1,4 +1,4 @@
-"""docs/laws.md: formula, range, source and plot of every law that ships, from ``studies/laws``."""
+"""laws.md: formula, range, source and plot of every law that ships, from ``studies/laws``."""
 
 import importlib
 import math
@@ -6,7 +6,7 @@ import pkgutil
 from collections.abc import Iterator, Mapping
 from functools import partial
 
-from docs.pages import MADE, plots
+from docs.pages import plots
 from studies import laws, materials, measurements
 from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot, limit_in_latex
 from studies.laws._handbook import KSI
@@ -25,10 +25,9 @@ MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point i
 
 
 def pages() -> dict[str, str]:
-    """docs/laws.md."""
+    """laws.md."""
     parts = [
         "# Laws\n",
-        MADE.format(source="`studies/laws/`"),
         "Published formulas that a report compares with the simulation. `D` is the diameter of a hole, `p` the depth "
         "of a crater from the original surface, `d` the diameter of the sphere with the projectile's volume, `t` the "
         "thickness of the plate, `v` the impact speed. A law outside its range still answers, and is flagged; where "

@@ -1,9 +1,8 @@
-"""docs/measurements.md: the definition of every measurement that ships, with a drawing.
+"""measurements.md: the definition of every measurement that ships, with a drawing.
 
 The drawings are files of docs/drawings, written by hand: polygons, dashed lines, dimensions and names.
 """
 
-from docs.pages import MADE
 from studies import measurements, scenarios
 
 SCENARIOS = {
@@ -20,10 +19,9 @@ SCENARIOS = {
 
 
 def pages() -> dict[str, str]:
-    """docs/measurements.md."""
+    """measurements.md."""
     parts = [
         "# Measurements\n",
-        MADE.format(source="`studies/measurements/`"),
         "Numbers that are read off the state of a run. Each carries the parts of its uncertainty and the flags that "
         "speak against it. Its version rises when its definition changes; stored states are then measured again "
         "([how](how-to.md#measure-again)). An edge stands where a density, averaged over a cell, falls to half of its "

@@ -1,8 +1,8 @@
-"""docs/mesh-error.md: what the mesh does to a measured number, known from an ensemble of impacts.
+"""mesh-error.md: what the mesh does to a measured number, known from an ensemble of impacts.
 
 ``python -m docs.pages compute mesh-error [DIRECTORY]`` computes the runs of the ensemble that its table does not have,
 by their identities, and writes the table as they end; a directory keeps the results of those that are cut. Series,
-grids, the model's terms and the split that tests it stand in docs/mesh-error.md and were written before any run.
+grids, the model's terms and the split that tests it stand in mesh-error.md and were written before any run.
 """
 
 import csv
@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, computed_once, table
+from docs.pages import computed_once, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.convergence import experience
@@ -308,13 +308,12 @@ def store(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def pages() -> dict[str, str]:
-    """docs/mesh-error.md."""
+    """mesh-error.md."""
     counts = {kind: sum(series.kind == kind for series in drawn()) for kind in KINDS}
     runs = {kind: sum(len(series.grids) for series in drawn() if series.kind == kind) for kind in KINDS}
     rows = [[kind, str(counts[kind]), str(runs[kind]), KINDS[kind]] for kind in KINDS]
     parts = [
         "# The mesh error, known from experience\n",
-        MADE.format(source="`docs/pages/mesh_error.py` and `studies/convergence/ensemble.csv`"),
         RULE,
         table(["kind", "series", "runs", "drawn"], rows),
         *_results(),

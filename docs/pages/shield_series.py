@@ -1,4 +1,4 @@
-"""Two published series of shots on shields that bracket a limit, simulated on three grids: docs/shield-series.md.
+"""Two published series of shots on shields that bracket a limit, simulated on three grids: shield-series.md.
 
 ``python -m docs.pages compute shield-series [DIRECTORY [SERIES]]`` computes the runs that the file of results does not
 have, by their identities. The rule was written down before any of the shots was run. Cells and models are those of
@@ -21,7 +21,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
+from docs.pages import RESULTS, computed_once, keep, read_json, table
 from docs.pages.simulated_shields import FAILURES, GRIDS, OF_PLATES, parameters_of
 from solver import PHYSICS_VERSION
 from studies import materials
@@ -139,7 +139,7 @@ def told(runs: Sequence[Mapping[str, Any]]) -> tuple[Simulated, str]:
 
 
 def pages() -> dict[str, str]:
-    """docs/shield-series.md."""
+    """shield-series.md."""
     stored = read_json(STORED)["runs"]
     grids = ", ".join(f"{grid:g}" for grid in THREE)
     computed = [
@@ -152,7 +152,6 @@ def pages() -> dict[str, str]:
     failed = [told(_with([OF_PLATES], runs))[0] for _, shot, runs in computed if shot.is_perforated]
     parts = [
         "# Two series that bracket a limit\n",
-        MADE.format(source="`docs/results/shield-series.json`"),
         "Shots near 7 km/s, simulated by the rule of `docs/pages/simulated_shields.py`, written down before any was "
         f"run: its cells times {grids}, without failure and with Johnson and Cook's. The wall of 2219-T87 has no "
         "fracture strains, so that its shots are computed without failure alone; spheres of 99.9 % aluminium are "

@@ -1,10 +1,10 @@
-"""docs/shields.md: the shots on shields that ship, the equations judged by them, and the probability of failure."""
+"""shields.md: the shots on shields that ship, the equations judged by them, and the probability of failure."""
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from docs.pages import MADE, table
+from docs.pages import table
 from studies import laws
 from studies.observations.shields.answers import SHORT
 from studies.observations.shields.judged import Judged, Share, equations, judge, judge_by_range
@@ -36,7 +36,7 @@ COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
 
 
 def pages() -> dict[str, str]:
-    """docs/shields.md."""
+    """shields.md."""
     return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_honeycomb(), *_sources()]) + "\n"}
 
 
@@ -46,7 +46,6 @@ def _shots() -> Iterator[str]:
     left_out = ", ".join(f"{count} {rule}" for rule, count in screening.left_out.items())
     total = len(screening.shots) + sum(screening.left_out.values())
     yield "# Shots on shields\n"
-    yield MADE.format(source="`studies/observations/shields/`")
     yield (
         f"{total} published shots of aluminium spheres on Whipple shields of two aluminium walls ship with the "
         f"outcome of the wall, from the collection of S. Ryan and W. Schonberg, [pyBLOSSUM]({COLLECTION}), commit "

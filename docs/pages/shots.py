@@ -9,20 +9,18 @@ import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, keep, plots, table
+from docs.pages import keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.observations import written
-from studies.observations.compared import FEWEST, STORED, ComparedShots, bias_and_scatter, compared_shots, ratio, stored
-from studies.quantities.display import MESH_UNKNOWN, NARROW_SPACE, NONE, decimals, display_of, signed, with_bar
+from studies.observations.compared import FEWEST, STORED, bias_and_scatter, ratio, stored
+from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.parameters import declared
 from studies.reports.answers.answer import ask
-from studies.reports.words import words
 from studies.sweeps.reading import published_shots
 
 COMMAND = "python -m docs.pages compute shots"
@@ -63,8 +61,6 @@ WANTED = (
     ("the two craters in aluminium as numbers", "Pierazzo et al. (2008), Meteorit. Planet. Sci. 43, 1917"),
 )
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
-
-LIMIT = "- Beside [published shots](shots.md)"  # how the line of docs/limits.md begins
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -178,13 +174,12 @@ def _row(name: str, shot: observations.Observation) -> dict[str, Any]:
 
 
 def pages() -> dict[str, str]:
-    """docs/shots.md."""
+    """shots.md."""
     document = stored()
     shots = document["shots"]
     versions = ", ".join(f"`{name}` {number}" for name, number in document["measurements"].items())
     parts = [
         "# whipple against published shots\n",
-        MADE.format(source=f"`studies/observations/{STORED.name}`"),
         "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
         "each material has the constants that ship, with the sources in its file, and the numerics are the default "
         f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
@@ -238,39 +233,6 @@ def laws_beside() -> str:
                     place = f"{shot.parameters['projectile']} on {shot.parameters['target']}"
                     rows.append([place, _title(shot.quantity), _millimetres(shot.value), *law])
     return table(["shot", "quantity", "observed / mm", "law", "law / mm", "difference / %", "use"], rows)
-
-
-def limit() -> str:
-    """The line of docs/limits.md on the bias of holes and craters."""
-    listed = [group for group in compared_shots() if group.quantity.startswith(("hole", "crater"))]
-    known = [_of_shots(group) for group in listed if group.bias]
-    few = [
-        f"{_title(quantity).lower()} ({', '.join(' on '.join(group.materials) for group in groups)})"
-        for quantity, groups in groupby((group for group in listed if not group.bias), lambda group: group.quantity)
-    ]
-    if few:
-        known.append(f"fewer than {FEWEST} shots, too few for an interval, of {', '.join(few)}")
-    texts = "; ".join(known)
-    return (
-        f"{LIMIT} whipple itself, simulation over observation less 1: {texts}. A law that meets the simulation is as "
-        "far from the shots as the simulation is; each report states the bias for its metal."
-    )
-
-
-def _of_shots(group: ComparedShots) -> str:
-    """ "final length −7.6 to −2.3 % (34 shots, copper-ofhc)"."""
-    assert group.bias is not None
-    assert group.scatter is not None
-    low, high = (signed(100.0 * end, 1) for end in group.bias)
-    error = "" if group.stated is None else f", stated to ±{_percent(group.stated)}"
-    return (
-        f"{words(group.quantity)} {low} to {high}{NARROW_SPACE}%, scatter {_percent(group.scatter)} "
-        f"({group.shots} shots, {' on '.join(group.materials)}{error})"
-    )
-
-
-def _percent(share: float) -> str:
-    return f"{decimals(100.0 * share, 1)}{NARROW_SPACE}%"
 
 
 def summary(shots: Rows) -> str:

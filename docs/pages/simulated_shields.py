@@ -1,4 +1,4 @@
-"""docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
+"""simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
 ``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes the runs that the file of results does not have,
 by their identities, and stores each as it ends; a directory keeps the states of those that are cut. The shots, the
@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
+from docs.pages import RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields import joined
@@ -267,7 +267,7 @@ def rated(pairs: Sequence[tuple[WallOutcome, Simulated]]) -> tuple[Judged, int]:
 
 
 def pages() -> dict[str, str]:
-    """docs/simulated-shields.md."""
+    """simulated-shields.md."""
     if not STORED.exists():
         return {}
     runs = read_json(STORED)["runs"]
@@ -290,7 +290,6 @@ def pages() -> dict[str, str]:
     scores = joined.validated(simulations(runs)[kind])
     parts = [
         "# Shots on shields, simulated\n",
-        MADE.format(source="`docs/results/simulated-shields.json`"),
         _of_failures(),
         _rule(len(told)),
         *_of_the_mesh(first, runs),
@@ -320,6 +319,7 @@ def _of_failures() -> str:
         share = failures_found(failure, RANGES[1][1])
         assert share is not None
         found.append(f"{share.count} with failure `{failure}`")
+        of = share.of
     stored = read_json(shield_series.STORED)["runs"]
     first = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
     careful = FAILURES[1]
@@ -331,7 +331,7 @@ def _of_failures() -> str:
         if shot.is_perforated
     ]
     return (
-        f"**A simulated wall that holds is no shield that holds.** Of the {share.of} drawn walls that were perforated "
+        f"**A simulated wall that holds is no shield that holds.** Of the {of} drawn walls that were perforated "
         f"from 3 km/s on the simulation found {', '.join(found[:-1])} and {found[-1]}; the last also perforates "
         f"{held.count('perforated')} of the {len(held)} that held. Of the {len(failed)} of "
         f"[two series](shield-series.md) near 7 km/s it found {failed.count('perforated')} with `{OF_PLATES}`.\n"

@@ -1,4 +1,5 @@
-"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, equations become MathML.
+"""A hook of mkdocs: README and its neighbours become pages, and what modules of this folder make; links lead to pages,
+equations become MathML.
 
 It writes the index of the search as a script too, so that the search works from disk.
 """
@@ -9,9 +10,12 @@ import re
 from pathlib import Path
 from typing import Any
 
+from docs.pages import made
+
 ROOT = Path(__file__).parents[2]
 PAGES = {"README.md": "start.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 TABLES = ("verification/", "validation/")
+SITE = "build/site/"  # how files of the project link a page that is made
 
 # Code, which is left alone, or an equation between dollar signs as GitHub has them.
 PARTS = re.compile(
@@ -21,12 +25,14 @@ LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the pages that stand outside of docs/."""
+    """Add the pages that stand outside of docs/, and those that are made with their drawings."""
     from mkdocs.structure.files import File
 
     for name, page in PAGES.items():
         text = (ROOT / name).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=relinked(text, "")))
+    for name, text in made().items():
+        files.append(File.generated(config, name, content=text))
     return files
 
 
@@ -46,7 +52,10 @@ def on_post_build(config: Any) -> None:
 
 
 def relinked(markdown: str, folder: str) -> str:
-    """Links of a file in a folder of the project as links between pages; a file that is no page is left as its text."""
+    """Links of a file in a folder of the project as links between pages; a file that is no page is left as its text.
+
+    A page that is made is linked where ``make docs`` builds it.
+    """
     within = posixpath.relpath(folder or "docs", "docs")  # README becomes a page of docs/
 
     def link(match: re.Match[str]) -> str:
@@ -56,6 +65,8 @@ def relinked(markdown: str, folder: str) -> str:
             return match[0]
         path = posixpath.normpath(posixpath.join(folder, file))
         page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
+        if path.startswith(SITE):
+            page = path.removeprefix(SITE).replace(".html", ".md")
         return f"{image}[{text}]({posixpath.relpath(page, within)}{mark}{anchor})" if page else text
 
     return LINK.sub(link, markdown)

@@ -1,4 +1,4 @@
-"""docs/tutorial.md: the cells of the notebook with what they print and draw, executed once.
+"""tutorial.md: the cells of the notebook with what they print and draw, executed once.
 
 ``python -m docs.pages compute tutorial`` executes them in an empty folder, in seconds.
 """
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE, RESULTS, keep, read_json
+from docs.pages import DOCS, RESULTS, keep, read_json
 
 NOTEBOOK = DOCS / "tutorial.ipynb"
 STORED = RESULTS / "tutorial.json"
@@ -21,7 +21,7 @@ SILENCED = re.compile(r";(?=\s*(?:#.*)?\Z)")  # the value of the last line, of w
 
 
 def compute(directory: Path | None = None) -> None:
-    """What each cell prints, into ``docs/results/tutorial.json``, and the figure that it draws, into docs/drawings."""
+    """What each cell prints, into ``docs/results/tutorial.json``, and the figure that it draws, into docs/gallery."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -45,9 +45,9 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
             value = eval(compile(ast.Expression(last.value), "cell", "eval"), namespace)
         else:
             exec(compile(ast.Module([last], []), "cell", "exec"), namespace)
-        figure = f"tutorial-{number}.svg" if pyplot.get_fignums() else ""
+        figure = f"tutorial-{number}.png" if pyplot.get_fignums() else ""
         if figure:
-            pyplot.savefig(DOCS / "drawings" / figure, transparent=True, metadata={"Date": None})
+            pyplot.savefig(DOCS / "gallery" / figure, dpi=110, transparent=True, metadata={"Software": None})
             pyplot.close("all")
     if value is not None and not SILENCED.search(source):
         printed.write(value.to_string() if hasattr(value, "to_string") else repr(value))
@@ -63,7 +63,7 @@ def _code() -> list[str]:
 
 
 def pages() -> dict[str, str]:
-    """docs/tutorial.md."""
+    """tutorial.md."""
     return {"tutorial.md": "\n".join(_parts())}
 
 
@@ -72,13 +72,11 @@ def _parts() -> Iterator[str]:
     for cell in _cells():
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
-            title, _, rest = source.partition("\n\n")
-            made = [MADE.format(source="`docs/tutorial.ipynb`")] if source.startswith("# ") else []
-            yield "\n\n".join(filter(None, [title, *made, rest.strip()])) + "\n"
+            yield f"{source.strip()}\n"
             continue
         yield f"```python\n{SILENCED.sub('', source)}\n```\n"
         kept = next(outputs)
         if kept["output"]:
             yield f"```text\n{kept['output'].rstrip()}\n```\n"
         if kept["figure"]:
-            yield f"![What the cell draws](drawings/{kept['figure']})\n"
+            yield f"![What the cell draws](gallery/{kept['figure']})\n"

@@ -1,17 +1,21 @@
-"""docs/verification.md and a page for each case with an exact answer, from results that were computed once."""
+"""Cases with an exact answer: their list, and a page for each, from results that were computed once."""
 
 import json
+import math
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, by_place, cell, counted, keep, read_json, sentence, table
+from docs.pages import RESULTS, by_place, cell, counted, keep, plain, read_json, row_of, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import verification
-from studies.quantities.display import NONE, digits
+from studies.cases.pages import shown
+from studies.cases.rows import Row
+from studies.quantities.display import NONE
 
 STORED = RESULTS / "verification.json"
-COMMAND = "python -m docs.pages compute accuracy"
+COMMAND = "python -m docs.pages compute verification"
 
 
 def compute(directory: Path | None = None) -> None:
@@ -28,7 +32,7 @@ def _rows_of(name: str, directory: Path | None) -> list[dict[str, Any]]:
     file = None if directory is None else directory / f"{name}.json"
     if file is not None and file.exists():
         return list(read_json(file))
-    rows = [verified.row.as_json() for verified in verification.verify([name])]
+    rows = [plain(verified.row) for verified in verification.verify([name])]
     if file is not None:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(rows), encoding="utf-8")
@@ -37,36 +41,34 @@ def _rows_of(name: str, directory: Path | None) -> list[dict[str, Any]]:
 
 def pages() -> dict[str, str]:
     """The list of the cases, and a page for each."""
-    cases = read_json(STORED)["cases"]
-    made = MADE.format(source=f"`docs/results/{STORED.name}`")
+    cases = {name: [row_of(row) for row in rows] for name, rows in read_json(STORED)["cases"].items()}
     return {
-        "verification.md": _list(made),
-        **{f"verification/{name}.md": _page(name, rows, made) for name, rows in cases.items()},
+        "verification.md": _list(cases),
+        **{f"verification/{name}.md": _page(name, rows) for name, rows in cases.items()},
     }
 
 
-def _list(made: str) -> str:
+def _list(cases: dict[str, list[Row]]) -> str:
     document = read_json(STORED)
     absent = [f"`{name}`" for name in verification.names() if name not in document["cases"]]
     longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
     return "\n".join(
         [
             "# Against exact answers\n",
-            made,
             f"Computed by `{document['command']}` with version {document['version']} (physics version "
             f"{document['physics_version']}) and the default recipe; `whipple validate verification` computes it anew. "
             "Some rows have a gate, a tolerance that was stated before the run; the others are reported beside it. The "
             f"last column is the largest error over its tolerance.{longer}\n",
             table(
                 ["case", "states", "rows", "gates held", "largest share of a tolerance"],
-                [_summary(name, rows) for name, rows in document["cases"].items()],
+                [_summary(name, rows) for name, rows in cases.items()],
             ),
         ]
     )
 
 
-def _summary(name: str, rows: list[dict[str, Any]]) -> list[str]:
-    shares = [row["error"] / row["tolerance"] for row in rows if row["tolerance"] and row["error"] is not None]
+def _summary(name: str, rows: Sequence[Row]) -> list[str]:
+    shares = [row.error / row.tolerance for row in rows if row.tolerance and not math.isnan(row.error)]
     return [
         f"[{name}](verification/{name}.md)",
         verification.load(name).says,
@@ -76,19 +78,13 @@ def _summary(name: str, rows: list[dict[str, Any]]) -> list[str]:
     ]
 
 
-def _page(name: str, rows: list[dict[str, Any]], made: str) -> str:
+def _page(name: str, rows: Sequence[Row]) -> str:
     case = verification.load(name)
     header = ["compared", "expected", "computed", "error", "tolerance", "verdict"]
     text = f"{sentence(case.says)} Source: {case.source}.\n"
-    return "\n".join([f"# {name}\n", made, text, table(header, list(by_place([_row(row) for row in rows])))])
+    return "\n".join([f"# {name}\n", text, table(header, list(by_place([_row(row) for row in rows])))])
 
 
-def _row(row: dict[str, Any]) -> list[str]:
-    cells = [row["claim"], *(_shown(row[key]) for key in ("expected", "got", "error", "tolerance"))]
-    return [cell(each) for each in (*cells, row["verdict"].lower())]
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return digits(value, 4)
-    return NONE if value in (None, "") else str(value)
+def _row(row: Row) -> list[str]:
+    cells = map(shown, (row.expected, row.got, row.error, row.tolerance))
+    return [cell(each) for each in (row.claim, *cells, row.verdict.lower())]

@@ -1,9 +1,9 @@
 """The mesh error of a measured number, known from experience: how far the same shots were off on coarse grids.
 
-An ensemble of shots on several grids each (docs/mesh-error.md) says what a value on one grid is off by, and how sure
-that is. A scenario tells the ``MeshGrid`` of a run for each of its measurements; ``mesh_error`` answers for a quantity
-where the grid lies in the domain that the ensemble has tested, and is silent elsewhere. ``cells_for`` asks the other
-way round. The constants are stored by ``python -m docs.mesh_fit`` and count for one version of the physics.
+An ensemble of shots on several grids each (docs/pages/mesh_error.py) says what a value on one grid is off by, and how
+sure that is. A scenario tells the ``MeshGrid`` of a run for each of its measurements; ``mesh_error`` answers for a
+quantity where the grid lies in the domain that the ensemble has tested, and is silent elsewhere. ``cells_for`` asks the
+other way round. The constants are stored by ``python -m docs.mesh_fit`` and count for one version of the physics.
 """
 
 import json

@@ -53,7 +53,7 @@ __all__ = [
     "shot_of",
 ]
 
-# Quantities that laws predict and no run measures, with their titles: listed and drawn in docs/laws.md, not compared.
+# Quantities that laws predict and no run measures, with their titles: listed and drawn by docs/pages/laws.py alone.
 UNMEASURED: Mapping[str, str] = {
     "spall_thickness": "Plate thickness below which the back face spalls",
     "detached_spall_thickness": "Plate thickness below which spall detaches",

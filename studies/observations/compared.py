@@ -1,6 +1,6 @@
 """What whipple gives for the published shots that ship, beside them: its bias by quantity and materials.
 
-``python -m docs.pages compute shots`` computes ``compared.json``, from which docs/shots.md is made too.
+``python -m docs.pages compute shots`` computes ``compared.json``, from which docs/pages/shots.py is made too.
 """
 
 import json

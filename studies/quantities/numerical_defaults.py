@@ -49,7 +49,7 @@ class ImpactRecipe:
 
 RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
     {
-        # Chosen by the rule of ``docs.recipe_study``, see docs/recipe.md: the cheapest recipe that holds every gate.
+        # Chosen by the rule of docs/recipe.md: the cheapest recipe that holds every gate.
         # With two particles splines miss the Taylor bar on the thesis' grid by a tenth, and GIMP's hole at 4 km/s
         # changes by more than 2 % from 8 to 16 cells through the plate.
         "whipple": Recipe(

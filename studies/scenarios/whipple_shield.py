@@ -351,7 +351,7 @@ class WhippleShield(ImpactSetUp):
         diameter, numerics = self.shot.projectile_diameter, self.numerics
         return replace(
             self,
-            # Of matter that never breaks; void-growth tells more shots right (docs/simulated-shields.md).
+            # Of matter that never breaks; void-growth tells more shots right (docs/pages/simulated_shields.py).
             fracture=self.fracture.filled(materials, NO_FAILURE),
             shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),

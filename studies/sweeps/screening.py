@@ -25,7 +25,7 @@ STRENGTH_DEVIATION = 0.10
 # Failures whose constants have a source in the file of a material, and none.
 SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall", "void-growth")
 
-# Of each sourced failure why the rule of docs/failure.md throws it out, by ``python -m docs.pages compute failure``.
+# Of each sourced failure why the rule of docs/failure.md threw it out.
 THROWN_OUT = Path(__file__).with_name("thrown_out.json")
 
 STRENGTH, FAILURE, EOS = "strength", "failure", "equation of state"

@@ -44,7 +44,8 @@ def test_target__is_shell_that_can_be_read(target: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "names"), [([], ""), (["house", "taylor-bar"], "house taylor-bar"), (["NAME=house"], "house")]
+    ("arguments", "names"),
+    [([], ""), (["house", "taylor-bar"], "house taylor-bar"), (["docs"], "docs"), (["NAME=house"], "house")],
 )
 def test_claims__are_those_that_the_command_names(arguments: list[str], names: str, folder: Path) -> None:
     printed = made(folder, "--dry-run", "claims", *arguments).stdout

@@ -1,4 +1,4 @@
-"""What docs/mesh-error.md says: the model is the fit of its table, and holds what it was not fitted to."""
+"""What the page on the mesh error says: the model is the fit of its table, and holds what it was not fitted to."""
 
 import math
 import statistics

@@ -1,4 +1,4 @@
-"""The table of published shots in docs/shots.md is that of today."""
+"""The table of published shots is that of today."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +21,7 @@ def key(row: dict) -> tuple:
 
 @pytest.mark.claim("shots", "shots", minutes=3.0)
 def test_shots__has_every_published_shot_as_it_is_computed_now(tmp_path: Path, compared: Callable[[Row], None]) -> None:
-    """docs/shots.md has every published shot that ships, and what the default recipe gives for it now."""
+    """The page of shots has every published shot that ships, and what the default recipe gives for it now."""
     document = shots.stored()
     compared(equal("physics version", expected=PHYSICS_VERSION, got=document["physics_version"]))
     versions = {name: measurements.load(name).version for name in document["measurements"]}

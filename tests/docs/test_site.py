@@ -1,20 +1,24 @@
-"""The pages of docs/: the site builds strictly, loads nothing from a network, and made pages are current."""
+"""The documentation: the site builds strictly, with the pages that are made, and loads nothing from a network."""
 
+import os
 import re
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from docs.pages import DOCS, shots, validation, verification
-from docs.pages.__main__ import PAGES
+from docs.pages import DOCS, made
 from docs.pages.measurements import SCENARIOS
 from studies import measurements as measured
+from studies.cases import validation, verification
 from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
 
 ROOT = DOCS.parent
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
-PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
+PATH = re.compile(r"<code>((?:solver|studies|service|tests|docs)/[\w/.-]+)</code>")
+PICTURE = re.compile(r'<img[^>]* src="([^"]+)"')
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)\s]*)?\)")
+SITE = ROOT / "build" / "site"
+HANDWRITTEN = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")), *sorted(DOCS.glob("*.md"))]
 
 
 @pytest.fixture(scope="module")
@@ -57,21 +61,22 @@ def test_site__has_equations_as_mathml(site: Path) -> None:
     assert "$" not in re.sub(r"<(script|code|pre).*?</\1>", "", text, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("module", PAGES, ids=lambda module: module.__name__.rpartition(".")[2])
-def test_made_pages__are_what_the_command_makes_now(module: ModuleType) -> None:
-    """``python -m docs.pages`` writes them."""
-    for name, text in module.pages().items():
-        assert (DOCS / name).read_text(encoding="utf-8") == text, name
+def test_made_pages__are_built_and_not_in_git(site: Path) -> None:
+    assert {"laws.md", "accuracy.md"} & made().keys() == {"laws.md"}
+    for name in made():
+        assert (site / name.replace(".md", ".html")).is_file(), name
+        assert not (DOCS / name).exists(), f"{name} is made, by make docs: remove it"
 
 
-def test_made_pages__of_cases_that_are_gone_are_gone() -> None:
-    kept = {page.relative_to(DOCS).as_posix() for page in DOCS.glob("*/*.md")}
-    assert kept <= verification.pages().keys() | validation.pages().keys()
-
-
-def test_limits__have_the_bias_of_the_stored_shots() -> None:
-    """``python -m docs.pages`` writes the line."""
-    assert shots.limit() in (DOCS / "limits.md").read_text(encoding="utf-8").splitlines()
+def test_made_pages__of_cases_have_every_case_and_its_pictures(site: Path) -> None:
+    for kind, package in (("verification", verification), ("validation", validation)):
+        cases = {page.stem for page in (site / kind).glob("*.html")}
+        text = (site / f"{kind}.html").read_text(encoding="utf-8")
+        assert cases
+        assert all(name in cases or f"<code>{name}</code>" in text for name in package.names()), kind
+    for page in site.rglob("*.html"):
+        for picture in PICTURE.findall(page.read_text(encoding="utf-8")):
+            assert (page.parent / picture).is_file(), (page.name, picture)
 
 
 def test_drawings__have_a_name_for_every_measurement() -> None:
@@ -80,7 +85,17 @@ def test_drawings__have_a_name_for_every_measurement() -> None:
         assert re.search(rf"\b{name}\b", drawn), name
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.name)
-def test_pages__name_files_that_are_there(page: Path) -> None:
-    for path in PATH.findall(page.read_text(encoding="utf-8")):
-        assert (ROOT / path).exists(), path
+def test_pages__name_files_that_are_there(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        for path in PATH.findall(page.read_text(encoding="utf-8")):
+            assert (ROOT / path).exists(), (page.name, path)
+
+
+@pytest.mark.parametrize("page", HANDWRITTEN, ids=lambda page: page.name)
+def test_links__of_a_file_lead_to_files_or_to_pages_that_are_built(page: Path, site: Path) -> None:
+    """As they stand in git; links between pages and their anchors are checked by the build."""
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
+        if "://" not in target:
+            file = Path(os.path.normpath(page.parent / target))
+            built = file.is_relative_to(SITE) and (site / file.relative_to(SITE)).is_file()
+            assert file.exists() or built, target

@@ -1,6 +1,6 @@
 """What drawn shots say of simulations, by range of the normal speed: what they add to P, and which failures they find.
 
-``joined`` writes both, from the outcomes of the shots that were drawn and simulated (docs/simulated-shields.md).
+``joined`` writes both, from the outcomes of the shots that were drawn and simulated (docs/pages/simulated_shields.py).
 """
 
 import json

@@ -2,7 +2,7 @@
 
 The method, written down before any outcome of a simulated shot was seen:
 
-1. Shots are drawn by a seed from the published ones and simulated (docs/simulated-shields.md). A simulation says
+1. Shots are drawn by a seed from the published ones and simulated (docs/pages/simulated_shields.py). A simulation says
    perforated or held where all of its runs do, else open.
 2. logit P = logit P_e + a where it says perforated, logit P_e + b where it says held, and P = P_e where it is open. P_e
    is the probability from equations and shots (``probability``), by curves that have not seen the shot's laboratory.

@@ -65,7 +65,7 @@ REACH = 7.0
 
 # Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
 # mean square difference from three particles on 16 cells across the projectile, and from ``FINE`` cells on
-# (``docs.recipe_study.particles``, tables in docs/recipe.md).
+# (tables in docs/recipe.md).
 FINE = 24.0
 OF_FEW_PARTICLES = {
     "hole_diameter": (0.035, 0.014),

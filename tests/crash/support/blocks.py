@@ -36,8 +36,6 @@ LONG = {
     "make soak": r"\| PASS",
     "make bench": r"(?m)^    \w+ +\d",
     "tests.benchmarks steps memory": r"(?m)^    \w+ +\d",
-    "docs.recipe_study recipe": "2 particles",
-    "docs.recipe_study.particles": "taylor",
 }
 # What machines lack: a text of blocks or commands, and a command that ends well with all that they need.
 NEEDED = {
