@@ -19,7 +19,7 @@ from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
-from studies.reports.evidence import full_title, with_models
+from studies.reports.evidence import Evidence
 from studies.reports.figure import (
     ERROR_BAR,
     EXTRAPOLATED,
@@ -37,7 +37,7 @@ from studies.reports.figure import (
     Series,
     numbers,
 )
-from studies.reports.judgement import nearest, short_names
+from studies.reports.judgement import full_title, nearest, short_names
 from studies.reports.matched import MatchedObservation
 from studies.reports.opening import opening_of
 from studies.reports.records import MeasuredShot, Place
@@ -184,7 +184,7 @@ def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     if np.isfinite(values).any():
         norm, doubts = view.norm(name)[piece.cells], view.doubts(name)
         bars = view.error_bars(name)[piece.cells]
-        outer = np.where(np.isfinite(bars), with_models(view.dataset, name)[piece.cells], np.nan)
+        outer = np.where(np.isfinite(bars), Evidence(view.dataset, name).bars()[piece.cells], np.nan)
         yield Series(
             "simulation",
             SIMULATION,

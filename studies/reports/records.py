@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
+from studies.laws import RangeStatus
+
 Place = Mapping[str, float | str]  # axis -> value, SI
 Reference = Literal["simulation", "observation"]
 
@@ -39,10 +41,18 @@ class PointJudgement:
     reference: float | None
     difference: float | None  # over the reference
     bar: float | None  # joint uncertainty over the reference; None where it is no test
-    outcome: Outcome
-    outside: str  # why it is outside the range of the law
-    unjudged: str  # why the reference judges nothing
+    outcome: Outcome  # of nothing where there is no such bar
+    status: RangeStatus  # how the law's answer stands to its range
+    outside: str  # why it is outside the range of the law, or the law has no answer
+    unjudged: str  # why the reference judges nothing: no value, or a flag
     hangs_on: tuple[str, ...]  # failures that alone decide whether the law agrees
+
+    @property
+    def state(self) -> Literal["judged", "outside", "unjudged"]:
+        """Whether the law is compared here."""
+        if self.status not in (RangeStatus.INSIDE, RangeStatus.FITTED):
+            return "outside"
+        return "unjudged" if self.unjudged else "judged"
 
 
 @dataclass(frozen=True)
