@@ -8,8 +8,8 @@ import xarray as xr
 from studies.cubes import reading
 from studies.cubes.points import main_quantities, points_of
 from studies.reports.judgement import judgements_of
-from studies.reports.matched import MatchedObservation, matched_observations
-from studies.reports.records import Judgement, MeasuredShot, Unchecked
+from studies.reports.matched import matched_observations
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Unchecked
 from studies.reports.shots import measured_shots
 
 

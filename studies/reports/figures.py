@@ -38,9 +38,8 @@ from studies.reports.figure import (
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.matched import MatchedObservation
 from studies.reports.opening import opening_of
-from studies.reports.records import MeasuredShot, Place
+from studies.reports.records import MatchedObservation, MeasuredShot, Place, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
@@ -245,7 +244,12 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
             x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
             shots[x, shot.value, shot.lower, shot.upper] = x, shot
     for each in comparison.observations:
-        if each.quantity == name and not each.elsewhere and view.abscissa.name in each.at and _meets(each.at, piece.at):
+        if (
+            each.quantity == name
+            and each.where is not Where.ELSEWHERE
+            and view.abscissa.name in each.at
+            and _meets(each.at, piece.at)
+        ):
             x = each.at[view.abscissa.name]
             shots.setdefault((x, each.value, each.lower, each.upper), (x, each))
     if not shots:

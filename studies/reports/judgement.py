@@ -16,8 +16,18 @@ from studies.cubes.points import Place
 from studies.cubes.reading import finite
 from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
 from studies.reports.evidence import DEFINITION, FIRST_HAND, MESH, MODEL, NO_SIZE, Evidence, LawAnswers, answers_of
-from studies.reports.matched import MatchedObservation, Where, interpolate
-from studies.reports.records import Code, Judgement, Outcome, PointJudgement, Reason, Reference, Unchecked
+from studies.reports.matched import interpolate
+from studies.reports.records import (
+    Code,
+    Judgement,
+    MatchedObservation,
+    Outcome,
+    PointJudgement,
+    Reason,
+    Reference,
+    Unchecked,
+    Where,
+)
 
 SIMULATION = "simulation"  # the subject that is no law
 
@@ -90,7 +100,7 @@ def _beside_shots(law: LawAnswers, shots: Sequence[MatchedObservation]) -> Itera
         yield _point(
             shot.at,
             law.answers[number],
-            shot.observed,
+            shot.value,
             math.hypot(shot.uncertainty or 0.0, _zero(law.scatter * law.answers[number])),
             tests=shot.uncertainty is not None,
             status=status,
@@ -109,7 +119,7 @@ def _simulated_shot(evidence: Evidence, shot: MatchedObservation) -> PointJudgem
     return _point(
         shot.at,
         value,
-        shot.observed,
+        shot.value,
         math.hypot(_zero(bar), shot.uncertainty or 0.0),
         tests=known and shot.uncertainty is not None,
         status=RangeStatus.OUTSIDE_RANGE if is_outside else RangeStatus.INSIDE,
@@ -121,7 +131,7 @@ def _simulated_shot(evidence: Evidence, shot: MatchedObservation) -> PointJudgem
 def _point(
     at: Place,
     law: float,
-    reference: float,
+    reference: float | None,
     uncertainty: float,
     *,
     tests: bool,
@@ -130,7 +140,7 @@ def _point(
     unjudged: str,
     moved: Sequence[tuple[str, float]] = (),
 ) -> PointJudgement:
-    """A law beside its reference at one place; numbers in SI, NaN where there is none.
+    """A law beside its reference at one place; numbers in SI, NaN or None where there is none.
 
     ``moved`` are the failures, in no uncertainty, by which the reference moves, each with its share of it.
     """
@@ -139,7 +149,7 @@ def _point(
     judged = PointJudgement(
         at=at,
         law=finite(float(law)),
-        reference=finite(float(reference)),
+        reference=None if reference is None else finite(float(reference)),
         difference=difference,
         bar=bar if tests else None,
         outcome=Outcome.NOT_COMPARABLE,

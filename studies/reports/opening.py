@@ -22,8 +22,8 @@ from studies.cubes.reading import doubts_at, finite, flag_words
 from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
-from studies.reports.judgement import Judgement, PointJudgement, nearest
-from studies.reports.shots import MeasuredShot
+from studies.reports.judgement import nearest
+from studies.reports.records import Judgement, MeasuredShot, PointJudgement
 from studies.reports.wording import size, text_environment, worded
 from studies.reports.words import DOUBTS, number_of, share, unit_of, words
 from studies.runs.run import estimate

@@ -97,21 +97,18 @@ class Doubt(StrEnum):
 
 
 @dataclass(frozen=True)
-class MeasuredShot:
-    """A measured shot beside the nearest point of a sweep, in SI."""
+class Shot:
+    """A measured value of a quantity as its source states it, in SI."""
 
     quantity: str
     unit: str
-    at: Place  # the parameters that the shot states
-    point: Place  # the axes of the nearest point
+    at: Place  # the parameters that it states
     value: float | None  # None of a range
     uncertainty: float | None
     lower: float | None  # of a range; None where it is open
     upper: float | None
     source: str
-    doubts: tuple[Doubt, ...]
-    simulation: float | None  # between the points; None beyond the axes
-    simulation_bar: float | None
+    confidence: str  # one of ``studies.materials.schema.CONFIDENCES``
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -119,6 +116,39 @@ class MeasuredShot:
         if self.value is not None:
             return self.value, self.value
         return self.lower or 0.0, math.inf if self.upper is None else self.upper
+
+
+@dataclass(frozen=True)
+class MeasuredShot(Shot):
+    """A measured shot beside the nearest point of a sweep."""
+
+    point: Place  # the axes of that point
+    doubts: tuple[Doubt, ...]
+    simulation: float | None  # between the points; None beyond the axes
+    simulation_bar: float | None
+
+
+class Where(StrEnum):
+    """Where a shot lies among the runs of a sweep."""
+
+    AMONG = "among"  # at a run or between runs, with or without a value there
+    BEYOND_AXES = "beyond_axes"
+    ELSEWHERE = "elsewhere"  # it is of another set-up than any run
+    UNKNOWN = "unknown"  # it does not state an axis, or no run has its parameters
+
+
+@dataclass(frozen=True)
+class MatchedObservation(Shot):
+    """A shot of a sweep's own table, with what the simulation gives for it."""
+
+    observation: int  # row of the table
+    diameter: float | None  # of the equivalent sphere, m
+    simulation: float | None
+    simulation_uncertainty: float | None  # between runs with the interpolation's part
+    how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+    where: Where
+    # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
+    is_alike: bool
 
 
 class Code(StrEnum):

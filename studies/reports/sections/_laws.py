@@ -10,7 +10,7 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.reading import finite
 from studies.reports.section import Part, Source
-from studies.reports.sections.laws import Counted, Laws, LawSource, Mixed, OwnShot
+from studies.reports.sections.laws import Counted, Laws, LawSource, Mixed
 from studies.reports.words import joined, words
 
 MOST_MIXED = 3  # quantities that a headline names
@@ -19,27 +19,11 @@ MOST_MIXED = 3  # quantities that a headline names
 def laws_of(source: Source) -> Part:
     """The section; its opening says that runs were measured by several definitions, which nothing can precede."""
     comparison = source.comparison
-    own = [
-        OwnShot(
-            each.quantity,
-            each.unit,
-            each.at,
-            each.value,
-            each.uncertainty,
-            each.lower,
-            each.upper,
-            each.simulation,
-            each.simulation_uncertainty,
-            each.how,
-            each.source,
-        )
-        for each in comparison.observations
-    ]
     mixed = [Mixed(name, tuple(versions)) for name, versions in comparison.mixed.items()]
     record = Laws(
         judgements=comparison.judgements,
         shots=comparison.shots,
-        own_shots=tuple(own),
+        own_shots=comparison.observations,
         unchecked=comparison.unchecked,
         mixed=tuple(mixed),
         sources=tuple(_sources(source.dataset)),

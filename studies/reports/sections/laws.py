@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from studies.reports.records import Judgement, MeasuredShot, Place, Unchecked
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Unchecked
 from studies.reports.section import Part, Section, Source
 
 
@@ -31,23 +31,6 @@ class LawSource:
 
 
 @dataclass(frozen=True)
-class OwnShot:
-    """An observation of the sweep, with the simulation brought to its parameters; SI."""
-
-    quantity: str
-    unit: str
-    at: Place
-    value: float | None  # None of a range
-    uncertainty: float | None
-    lower: float | None
-    upper: float | None
-    simulation: float | None
-    simulation_uncertainty: float | None
-    how: str
-    source: str
-
-
-@dataclass(frozen=True)
 class Mixed:
     """A quantity that several versions of its definition measured: nothing is compared with it."""
 
@@ -61,7 +44,7 @@ class Laws:
 
     judgements: tuple[Judgement, ...]
     shots: tuple[MeasuredShot, ...]  # that a point repeats
-    own_shots: tuple[OwnShot, ...]
+    own_shots: tuple[MatchedObservation, ...]  # with the simulation brought to their parameters
     unchecked: tuple[Unchecked, ...]
     mixed: tuple[Mixed, ...]
     sources: tuple[LawSource, ...]
