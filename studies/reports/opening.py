@@ -19,13 +19,13 @@ from jinja2 import Template
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
 from studies.cubes.reading import doubts_at, finite, flag_words
-from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of
+from studies.quantities.display import decimals, display_of
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
 from studies.reports.records import Judgement, MeasuredShot, PointJudgement
 from studies.reports.wording import size, text_environment, worded
-from studies.reports.words import DOUBTS, number_of, share, unit_of, words
+from studies.reports.words import DOUBTS, number_of, unit_of, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED
@@ -199,13 +199,6 @@ def _measured(shot: MeasuredShot) -> str:
     return f"{size(shot.lower, shot.unit)} to {size(shot.upper, shot.unit)}"
 
 
-def _ends(low: float, high: float) -> str:
-    """Differences with their signs: "−7 to +4 %", "−10 %"."""
-    ends = [f"{'+' if end > 0.0 else MINUS if end < 0.0 else ''}{share(abs(end))}" for end in (low, high)]
-    bare = [end.removesuffix(f"{NARROW_SPACE}%") for end in ends]
-    return ends[0] if ends[0] == ends[1] else f"{bare[0]} to {ends[1]}"
-
-
 def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
     """The smallest and the largest difference of the simulation from measured values."""
     off = [shot.simulation / shot.value - 1.0 for shot in shots if shot.value and shot.simulation is not None]
@@ -232,7 +225,6 @@ def _template() -> Template:
     filters: dict[str, Any] = {
         "barred": _barred,
         "measured": _measured,
-        "ends": lambda ends: _ends(*ends),
         "simulated": _simulated,
         "reaching": _reaching,
         "missing": _missing,

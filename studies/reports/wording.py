@@ -11,7 +11,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined, Template
 
 from studies.quantities.display import decimals, digits, display_alone, display_of, duration, percent
 from studies.quantities.units import readable
-from studies.reports.words import MOST_WORDS, capital, number_of, share, spanned, unit_of, words
+from studies.reports.words import MOST_WORDS, capital, number_of, share, signed, spanned, unit_of, words
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -53,6 +53,7 @@ def text_environment() -> Environment:
         size=size,
         digits=lambda value, unit: digits(value * display_of(unit).factor),
         share=share,
+        ends=lambda ends: signed(*ends),
         unit=lambda unit: display_of(unit).unit,
         duration=duration,
         words=words,

@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 
-from studies.quantities.display import NARROW_SPACE, decimals, display_of, printed_in
+from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of, printed_in
 
 MOST_WORDS = 30  # of a headline
-SAME = 5e-4  # a difference that rounds to 0.0 %
 DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}  # about a measured shot, by their codes
-NONE_AT_ALL = "no difference"
 
 
 def share(size: float) -> str:
@@ -16,26 +14,18 @@ def share(size: float) -> str:
     >>> share(0.0601), share(0.004)
     ('6\u202f%', '0.4\u202f%')
     """
-    return f"{_whole(size)}{NARROW_SPACE}%"
+    return f"{decimals(100.0 * size, 0 if size >= 0.01 else 1).removesuffix('.0')}{NARROW_SPACE}%"
 
 
-def difference(residuals: Sequence[float]) -> str:
-    """Relative differences in words, without a side that rounds to nothing.
+def signed(low: float, high: float) -> str:
+    """Differences with their signs.
 
-    >>> difference([-0.25, -0.16]), difference([-0.03, 0.04]), difference([-0.0003, 0.009])
-    ('16 to 25\u202f% low', '3\u202f% low to 4\u202f% high', '0 to 0.9\u202f% high')
+    >>> signed(-0.07, 0.04), signed(-0.1, -0.1), signed(-0.0003, 0.009)
+    ('−7 to +4\u202f%', '−10\u202f%', '0 to +0.9\u202f%')
     """
-    low, high = min(residuals), max(residuals)
-    if max(-low, high) < SAME:
-        return NONE_AT_ALL
-    if min(-low, high) >= SAME:
-        return f"{share(-low)} low to {share(high)} high"
-    ends = dict.fromkeys(map(_whole, sorted((abs(low), abs(high)))))
-    return f"{' to '.join(ends)}{NARROW_SPACE}% {'low' if -low > high else 'high'}"
-
-
-def _whole(share: float) -> str:
-    return decimals(100.0 * share, 0 if abs(share) >= 0.01 else 1).removesuffix(".0")
+    ends = ((end, share(abs(end))) for end in (low, high))
+    told = [text if text == share(0.0) else f"{'+' if end > 0.0 else MINUS}{text}" for end, text in ends]
+    return told[0] if told[0] == told[1] else f"{told[0].removesuffix(f'{NARROW_SPACE}%')} to {told[1]}"
 
 
 def number_of(value: float | str, unit: str | None) -> str:
@@ -58,12 +48,6 @@ def capital(text: str) -> str:
 def joined(parts: Sequence[str], last: str = "and") -> str:
     """ "a", "a and b", "a, b and c"."""
     return f" {last} ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
-
-
-def shortest(texts: Sequence[str]) -> str:
-    """The first text with at most ``MOST_WORDS`` words; where none has so few, the beginning of the last one."""
-    short = (text for text in texts if len(text.split()) <= MOST_WORDS)
-    return next(short, f"{' '.join(texts[-1].split()[:MOST_WORDS])}…")
 
 
 def spanned(low: str, high: str) -> str:

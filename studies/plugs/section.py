@@ -41,11 +41,11 @@ class ResidualVelocities:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._residual_velocity import residual_velocities_of
+    from studies.plugs.curve import residual_velocities_of
 
     return residual_velocities_of(source)
 
 
 SECTION = Section(
-    "residual_velocity", "Residual velocities", 28, ResidualVelocities, _part, "sections/residual_velocity.html"
+    "residual_velocity", "Residual velocities", 28, ResidualVelocities, _part, "studies.plugs:section.html"
 )

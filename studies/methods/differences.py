@@ -5,16 +5,17 @@ Parts of the definition and of the model are common to the methods, so that bars
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import by_run, comparable, error_bars, main_quantities, places_of
 from studies.cubes.reading import finite
+from studies.methods.section import ByMethod, ComparedMethod, Cost, Methods, QuantityByMethod
 from studies.reports.records import Place
 from studies.reports.section import Part, Source
-from studies.reports.sections.methods import ByMethod, ComparedMethod, Cost, Methods, QuantityByMethod
-from studies.reports.words import capital, difference, joined, share, shortest, words
+from studies.reports.wording import text_template, worded
 
 METHOD = "method"
 
@@ -79,16 +80,30 @@ def _costs(dataset: xr.Dataset, first: str, others: Sequence[str]) -> Iterator[C
                 yield Cost(other, took[other] / took[first])
 
 
+@dataclass(frozen=True)
+class MethodsOpening:
+    """What is said of a quantity that several methods measured."""
+
+    quantity: str
+    first: str
+    others: tuple[str, ...]
+    ends: tuple[float, float]  # smallest and largest difference, over the value by the first method
+    bar: float | None  # largest joint bar over the same; None where no mesh error is known
+
+
 def _opening(methods: Methods) -> str:
-    """ "Contact time by fem: 3 % low, beside mpm; ±4 %.", of the first quantity that several methods measured."""
+    """ "Contact time by fem: −3 % beside mpm; ±4 %.", of the first quantity that several methods measured."""
     for quantity in methods.quantities:
         rows = [row for row in quantity.rows if row.relative is not None]
         if rows:
-            others = joined(list(dict.fromkeys(row.method for row in rows)))
-            gives = difference([row.relative for row in rows if row.relative is not None])
-            joint = [row.joint / abs(row.reference) for row in rows if row.joint is not None and row.reference]
-            bar = f"±{share(max(joint))}" if joint else "mesh error unknown"
-            label = capital(words(quantity.quantity))
-            ends = f"{gives}, beside {methods.first}; {bar}."
-            return shortest([f"{label} by {others}: {ends}", f"{label}: {ends}"])
+            relative = [row.relative for row in rows if row.relative is not None]
+            bars = [row.joint / abs(row.reference) for row in rows if row.joint is not None and row.reference]
+            opening = MethodsOpening(
+                quantity=quantity.quantity,
+                first=methods.first,
+                others=tuple(dict.fromkeys(row.method for row in rows)),
+                ends=(min(relative), max(relative)),
+                bar=max(bars, default=None),
+            )
+            return worded(text_template("studies.methods:headline.txt"), opening=opening)
     return ""

@@ -61,11 +61,11 @@ class Methods:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._methods import methods_of
+    from studies.methods.differences import methods_of
 
     return methods_of(source)
 
 
 SECTION = Section(
-    "methods", "Methods", 25, Methods, _part, "sections/methods.html", "sections/methods_first.html", "", 30
+    "methods", "Methods", 25, Methods, _part, "studies.methods:section.html", "studies.methods:first.html", "", 30
 )

@@ -5,10 +5,10 @@ import math
 import pytest
 import xarray as xr
 
+from studies.methods.differences import methods_of
+from studies.methods.section import Methods
 from studies.reports.compare import compare
 from studies.reports.section import Source
-from studies.reports.sections._methods import methods_of
-from studies.reports.sections.methods import Methods
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
@@ -31,14 +31,14 @@ def reported(sweep: Sweep, factor: float) -> tuple[Methods, str]:
     return part.record, part.opening
 
 
-@pytest.mark.parametrize(("factor", "beyond", "says"), [(0.7, 2, "30\u202f% low"), (1.02, 0, "2\u202f% high")])
+@pytest.mark.parametrize(("factor", "beyond", "says"), [(0.7, 2, "−30\u202f%"), (1.02, 0, "+2\u202f%")])
 def test_methods__are_compared_by_the_bars_of_both(factor: float, beyond: int, says: str) -> None:
     methods, opening = reported(SWEEP, factor)
     [hole] = methods.quantities
     [sph] = hole.methods
     assert (sph.points, sph.judged, sph.beyond) == (2, 2, beyond)
     assert (sph.smallest, sph.largest) == pytest.approx((factor - 1.0, factor - 1.0))
-    assert opening.startswith(f"Hole diameter by sph: {says}, beside mpm; ±")
+    assert opening.startswith(f"Hole diameter by sph: {says} beside mpm; ±")
     assert [row.at["speed"] for row in hole.rows] == [2e3, 7e3]
     for row in hole.rows:
         assert row.bar is not None
