@@ -30,7 +30,7 @@ from studies.quantities.display import (
 )
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
-from studies.reports.drawing.sketches import growth_sketch, setup_sketch
+from studies.reports.drawing.sketches import setup_sketch
 from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
@@ -351,7 +351,6 @@ def environment() -> Environment:
         not_checked=NOT_CHECKED,
         confidences=CONFIDENCES,
         setup=lambda document: setup_sketch(bare(document)),
-        growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
         colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
     )
     return environment

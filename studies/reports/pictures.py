@@ -20,10 +20,10 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed, printed_in
-from studies.reports.sections.pictures import Frame, Growth, History, Length, Picture, PicturedRun, Pictures
+from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
+from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures
 from studies.reports.setup import setup_of, upward
-from studies.reports.view import judged_window, spread, title_of
+from studies.reports.view import spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
@@ -92,7 +92,6 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
                 missing=run.missing or None,
                 full=is_full,
                 finest=run.number in finest,
-                growth=_growth(dataset, run) if is_full else None,
                 pictures=tuple(_pictures(run, frames, limits, sign=sign, full=is_full)),
             )
         )
@@ -253,38 +252,6 @@ def _why_missing(sections: Sections, asked: float) -> str:
     if end is not None and end.time < asked:
         return f"no picture: the run ended before {elapsed(asked)}"
     return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
-
-
-def _growth(dataset: xr.Dataset, run: Shown) -> Growth | None:
-    """The histories of what a run's pictures show, and the last window, in which growth was judged."""
-    lines = []
-    for name in run.lengths:
-        if cubes.HISTORY.is_in(dataset, name):
-            rows = (cubes.HISTORY_TIME, cubes.HISTORY)
-            time, value = (
-                variable.of(dataset, name).values.reshape(dataset.run_state.size, -1)[run.number] for variable in rows
-            )
-            kept = np.isfinite(time)
-            lines.append(
-                History(
-                    name,
-                    name.replace("_", " "),
-                    tuple(time[kept].tolist()),
-                    tuple(v if math.isfinite(v) else None for v in value[kept].tolist()),
-                )
-            )
-    lines = [each for each in lines if len(each.time) > 1]
-    if not lines:
-        return None
-    shown = judged_window(dataset, run.number, max(each.time[-1] for each in lines))
-    labels = " and ".join(each.label for each in lines)
-    alt = f"Growth of {labels} during the run"
-    if shown:
-        alt += (
-            f"; shaded: the last {printed_in(shown[1] - shown[0], 's')} {display_of('s').unit}, "
-            "in which growth decides whether they have settled"
-        )
-    return Growth(tuple(lines), shown, f"{alt}.")
 
 
 # ---- frames and colours --------------------------------------------------------------------------

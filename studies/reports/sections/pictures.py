@@ -56,25 +56,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class History:
-    """What was measured during a run: SI."""
-
-    quantity: str
-    label: str
-    time: tuple[float, ...]
-    value: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Histories of a run, and the window (s) in which growth was judged."""
-
-    lines: tuple[History, ...]
-    window: tuple[float, float] | None
-    alt: str
-
-
-@dataclass(frozen=True)
 class PicturedRun:
     """The pictures of a run."""
 
@@ -83,7 +64,6 @@ class PicturedRun:
     missing: str | None
     full: bool  # whether it is shown in full size too
     finest: bool
-    growth: Growth | None
     pictures: tuple[Picture, ...]
 
 
