@@ -8,7 +8,6 @@ number its value in full.
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from importlib.resources import files as resources
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,7 @@ from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
 from studies.reports.view import spread
+from studies.reports.wording import source_of
 from studies.reports.words import DOUBTS
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
@@ -205,8 +205,8 @@ def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path
         .render(
             report=Node(report),
             draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
-            script=Markup(_file("report.js")),
-            style=Markup(_file("report.css")),
+            script=Markup(source_of("report.js")),
+            style=Markup(source_of("report.css")),
             **shown,
         )
     )
@@ -292,7 +292,7 @@ def _compared_laws(judgements: Node) -> list[str]:
 @cache
 def environment() -> Environment:
     environment = Environment(
-        loader=FunctionLoader(_file),
+        loader=FunctionLoader(source_of),
         # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
         bytecode_cache=FileSystemBytecodeCache(),
         autoescape=True,
@@ -311,7 +311,6 @@ def environment() -> Environment:
         residual_kind=lambda unit: kind_of(bare(unit), residual=True),
         heading=_heading,
         unit=lambda unit: display_of(bare(unit)).unit,
-        plain_kind=lambda kind: kind.removesuffix("_residual"),
         keys=lambda node: list(bare(node)),
         main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
         evenly=lambda rows, most: spread(list(rows), most),
@@ -319,9 +318,6 @@ def environment() -> Environment:
         finest_ones=lambda runs: [run for run in runs if bare(run.finest) and not bare(run.missing)],
         troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
         is_round_off=lambda value: is_round_off(bare(value)),
-        both_round_off=lambda each: all(
-            not bare(end) or is_round_off(bare(end)) for end in (each.smallest, each.largest)
-        ),
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
@@ -354,10 +350,3 @@ def environment() -> Environment:
         colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
     )
     return environment
-
-
-@cache
-def _file(name: str) -> str:
-    """A template of reports, or of a feature: "package:file"."""
-    package, _, file = name.rpartition(":")
-    return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined, Template
 
-from studies.quantities.display import decimals, digits, display_alone, display_of, duration, percent
+from studies.quantities.display import MESH_UNKNOWN, decimals, digits, display_alone, display_of, duration, percent
 from studies.quantities.units import readable
 from studies.reports.words import MOST_WORDS, capital, number_of, share, signed, spanned, unit_of, words
 
@@ -47,8 +47,9 @@ def text_template(name: str) -> Template:
 def text_environment() -> Environment:
     """What templates of plain text share; a caller may add filters."""
     environment = Environment(
-        loader=FunctionLoader(_source), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FunctionLoader(source_of), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.globals["mesh_unknown"] = MESH_UNKNOWN
     environment.filters.update(
         size=size,
         digits=lambda value, unit: digits(value * display_of(unit).factor),
@@ -57,7 +58,6 @@ def text_environment() -> Environment:
         unit=lambda unit: display_of(unit).unit,
         duration=duration,
         words=words,
-        capital=capital,
         counted=lambda count: COUNTS[count] if count < len(COUNTS) else digits(count),
         told=lambda value, unit: value if isinstance(value, str) else readable(float(f"{value:.3g}"), unit or "1"),
         span=lambda ends, unit: spanned(*(number_of(end, unit) for end in ends)) + unit_of(unit),
@@ -85,6 +85,8 @@ def number_beside(value: float, other: float, unit: str) -> str:
     return digits(value * display_alone(other, unit).factor)
 
 
-def _source(name: str) -> str:
+@cache
+def source_of(name: str) -> str:
+    """A template of reports, or of a feature: "package:file"."""
     package, _, file = name.rpartition(":")
     return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")
