@@ -234,7 +234,8 @@ class AnsweredForm:
 
 def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
     """The answer to the shot of a form, whose fields have one value each."""
-    from studies.reports.answers import answer, page, picture, question
+    from studies.reports.answers import answer, page, question
+    from studies.reports.drawing.charts import of_page
     from studies.reports.drawing.images import as_images
 
     try:
@@ -243,7 +244,7 @@ def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
         return AnsweredForm(error.findings)
 
     def drawn(figure: Any) -> Markup:
-        images = zip(("wide", "narrow"), as_images(picture.drawn_for_page(figure)), strict=True)
+        images = zip(("wide", "narrow"), as_images(of_page(figure, "answer")), strict=True)
         tag = '<img class="chart {}" src="{}" alt="{}">'
         return Markup("").join(Markup(tag).format(width, image, figure.title) for width, image in images)
 

@@ -1,6 +1,6 @@
 """Simulation, laws and observations side by side: everything that a report says about agreement."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import xarray as xr
@@ -9,7 +9,7 @@ from studies.cubes import reading
 from studies.cubes.points import main_quantities, points_of
 from studies.reports.judgement import judgements_of
 from studies.reports.matched import matched_observations
-from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Unchecked
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Mixed, Unchecked
 from studies.reports.shots import measured_shots
 
 
@@ -22,7 +22,7 @@ class Comparison:
     judgements: tuple[Judgement, ...]
     shots: tuple[MeasuredShot, ...]  # that a point repeats
     unchecked: tuple[Unchecked, ...]
-    mixed: Mapping[str, Sequence[int]]  # quantities with which nothing is compared: versions of their definition
+    mixed: tuple[Mixed, ...]
 
 
 def compare(cube: xr.Dataset) -> Comparison:
@@ -39,7 +39,11 @@ def compare(cube: xr.Dataset) -> Comparison:
         judgements=tuple(judgement for judgements, _ in judged for judgement in judgements),
         shots=tuple(shot for name in main_quantities(points) for shot in measured_shots(points, name, observations)),
         unchecked=_shared([each for _, unchecked in judged for each in unchecked]),
-        mixed=mixed(cube),
+        mixed=tuple(
+            Mixed(name, tuple(versions))
+            for name in reading.quantities_of(cube)
+            if (versions := reading.mixed_versions(cube, name))
+        ),
     )
 
 
@@ -50,9 +54,3 @@ def _shared(every: Sequence[Unchecked]) -> tuple[Unchecked, ...]:
         alike = replace(each, quantities=())
         found[alike] = found.get(alike, ()) + each.quantities
     return tuple(replace(each, quantities=names) for each, names in found.items())
-
-
-def mixed(cube: xr.Dataset) -> dict[str, Sequence[int]]:
-    """Quantities whose runs mix versions of their definition, with these versions."""
-    versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
-    return {name: each for name, each in versions.items() if each}

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from studies.materials.schema import CONFIDENCES
@@ -34,7 +34,7 @@ from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
 from studies.reports.view import spread
-from studies.reports.wording import source_of
+from studies.reports.wording import environment_of, source_of
 from studies.reports.words import DOUBTS
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
@@ -291,16 +291,8 @@ def _compared_laws(judgements: Node) -> list[str]:
 
 @cache
 def environment() -> Environment:
-    environment = Environment(
-        loader=FunctionLoader(source_of),
-        # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
-        bytecode_cache=FileSystemBytecodeCache(),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=_only_marked,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = environment_of(is_html=True)
+    environment.finalize = _only_marked
     environment.tests["is_observation"] = lambda reference: bare(reference) == "observation"
     environment.filters.update(
         bare=bare,

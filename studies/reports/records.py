@@ -175,3 +175,11 @@ class Unchecked:
     of: int = 0
     names: tuple[str, ...] = ()  # alloys, flags or laws
     factor: float = 1.0  # by which points are outside of where models were varied
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A quantity that several versions of its definition measured: nothing is compared with it."""
+
+    quantity: str
+    versions: tuple[int, ...]

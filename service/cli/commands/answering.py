@@ -118,7 +118,8 @@ def _write(question: "Question", out: Path) -> Path:
         cure = "write laws.nc, or give each parameter one value"
         raise refusal("--out", str(out), "a page or a picture of one shot", cure)
     from studies.reports.answers.page import page
-    from studies.reports.answers.picture import draw, picture
+    from studies.reports.answers.picture import picture
+    from studies.reports.drawing.charts import draw
 
     [answer] = answers(question)
     shot = question.shot(question.fixed)

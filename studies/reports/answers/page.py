@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, FunctionLoader, StrictUndefined
+from jinja2 import Template
 from markupsafe import Markup
 
 from studies import laws
@@ -13,15 +12,18 @@ from studies.laws import Shot
 from studies.observations.shields.shots import citation
 from studies.quantities.display import NONE, display_of
 from studies.quantities.units import readable
-from studies.reports.answers.answer import ShotAnswer, printed_bounds, shot_in_words
-from studies.reports.answers.picture import drawn_for_page, picture
+from studies.reports.answers.answer import ShotAnswer, shot_in_words
+from studies.reports.answers.picture import picture
 from studies.reports.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 from studies.reports.figure import Figure
+from studies.reports.wording import environment_of
 
 
 def page(answer: ShotAnswer, shot: Shot) -> str:
     """One HTML file that needs no network."""
-    return _rendered("answer.html", answer, shot, drawn_for_page)
+    from studies.reports.drawing.charts import of_page
+
+    return _rendered("answer.html", answer, shot, lambda figure: of_page(figure, "answer"))
 
 
 def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
@@ -31,24 +33,19 @@ def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> s
 
 def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
     figure = picture(shot, answer.target)
-    return (
-        _environment()
-        .get_template(template)
-        .render(
-            answer=answer,
-            target=shot_in_words(shot),
-            figure=figure,
-            drawing=drawn(figure),
-            readable=readable,
-            bounds=printed_bounds,
-            unit=lambda unit: display_of(unit).unit,
-            share=_share,
-            columns=COLUMNS,
-            safe_sizes_of=safe_sizes_of,
-            of_ordered_shots=of_ordered_shots,
-            citation=citation,
-            title=lambda law: laws.load(law).title,
-        )
+    return _template(template).render(
+        answer=answer,
+        target=shot_in_words(shot),
+        figure=figure,
+        drawing=drawn(figure),
+        readable=readable,
+        unit=lambda unit: display_of(unit).unit,
+        share=_share,
+        columns=COLUMNS,
+        safe_sizes_of=safe_sizes_of,
+        of_ordered_shots=of_ordered_shots,
+        citation=citation,
+        title=lambda law: laws.load(law).title,
     )
 
 
@@ -61,9 +58,5 @@ def _share(share: Any) -> str:
 
 
 @cache
-def _environment() -> Environment:
-    def source(name: str) -> str:
-        return files("studies.reports.answers").joinpath("templates", name).read_text(encoding="utf-8")
-
-    loader = FunctionLoader(source)
-    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+def _template(name: str) -> Template:
+    return environment_of(is_html=True).get_template(f"studies.reports.answers:{name}")

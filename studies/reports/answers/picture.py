@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
@@ -12,9 +10,6 @@ from studies.observations.shields.shots import published
 from studies.reports.answers.answer import nearest, shot_in_words
 from studies.reports.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 from studies.reports.figure import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Scale, Series
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
 
@@ -74,17 +69,3 @@ def _chances(shot: Shot) -> Iterator[Series]:
     if any(inside):
         yield Series("band", CHANCES, SPEEDS, low=tuple(low), high=tuple(high), in_range=inside)
         yield Series("trend", EVEN_CHANCE, SPEEDS, tuple(even))
-
-
-def draw(figure: Figure, file: Path) -> Path:
-    """Draw the picture of an answer into a file, whose ending is its format: svg, png or pdf."""
-    from studies.reports.drawing import charts
-
-    return charts.draw(figure, file)
-
-
-def drawn_for_page(figure: Figure) -> "Markup":
-    """The picture as SVG in the widths of a page."""
-    from studies.reports.drawing import charts
-
-    return charts.of_page(figure, "answer")

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.quantities.display import NARROW_SPACE, display_of, with_unit
+from studies.quantities.display import display_of, with_unit
 from studies.reports.drawing.canvas import GREY, number
 from studies.reports.drawing.marks import scaled
 from studies.reports.figure import Figure, Panel, is_cut
@@ -80,7 +80,7 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
         axes.set_ylabel(with_unit(figure.y.label, figure.y.unit))
     axes.tick_params(axis="y", labelleft=has_label or own)
     axes.xaxis.set_major_formatter(number)
-    axes.yaxis.set_major_formatter(_percent if figure.y.name == "residual" else number)
+    axes.yaxis.set_major_formatter(number)
     if figure.x.name == "spacing":
         sizes = _cell_sizes(panel)
         axes.set_xticks([0.0, *sizes], ["0", *(f"1/{1.0 / size:.4g}" for size in sizes)])
@@ -98,13 +98,6 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
 def _bound(title: str) -> str:
     """A title in which no line break parts a number from its unit."""
     return re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", title)
-
-
-def _percent(value: float, place: Any = None) -> str:
-    """A signed share at a tick: "−10 %", "0 %", "+10 %"."""
-    text = number(100.0 * value)
-    sign = "+" if value > 0.0 and text != "0" else ""
-    return f"{sign}{text}{NARROW_SPACE}%"
 
 
 def _cell_sizes(panel: Panel) -> list[float]:

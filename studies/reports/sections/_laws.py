@@ -10,32 +10,22 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.reading import finite
 from studies.reports.section import Part, Source
-from studies.reports.sections.laws import Counted, Laws, LawSource, Mixed
-from studies.reports.words import joined, words
-
-MOST_MIXED = 3  # quantities that a headline names
+from studies.reports.sections.laws import Counted, Laws, LawSource
+from studies.reports.wording import text_template, worded
 
 
 def laws_of(source: Source) -> Part:
     """The section; its opening says that runs were measured by several definitions, which nothing can precede."""
     comparison = source.comparison
-    mixed = [Mixed(name, tuple(versions)) for name, versions in comparison.mixed.items()]
     record = Laws(
         judgements=comparison.judgements,
         shots=comparison.shots,
         own_shots=comparison.observations,
         unchecked=comparison.unchecked,
-        mixed=tuple(mixed),
+        mixed=comparison.mixed,
         sources=tuple(_sources(source.dataset)),
     )
-    return Part(record, opening=_opening(mixed))
-
-
-def _opening(mixed: list[Mixed]) -> str:
-    if not mixed:
-        return ""
-    named = joined([words(each.quantity) for each in mixed[:MOST_MIXED]])
-    return f"Runs measured {named} by different definitions: remeasure them with `whipple remeasure`."
+    return Part(record, opening=worded(text_template("mixed.txt"), laws=record) if comparison.mixed else "")
 
 
 LAW_TEXTS = {

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Unchecked
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Mixed, Unchecked
 from studies.reports.section import Part, Section, Source
 
 
@@ -28,14 +28,6 @@ class LawSource:
     scatter: float | None  # published, relative
     variants: tuple[str, ...]  # that it was evaluated with
     reasons: tuple[Counted, ...]
-
-
-@dataclass(frozen=True)
-class Mixed:
-    """A quantity that several versions of its definition measured: nothing is compared with it."""
-
-    quantity: str
-    versions: tuple[int, ...]
 
 
 @dataclass(frozen=True)

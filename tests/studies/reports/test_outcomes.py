@@ -10,7 +10,7 @@ from studies.cubes.variable import Quantity
 from studies.observations.shields.judged import Share
 from studies.quantities.measured import Measured
 from studies.reports.page import page
-from studies.reports.sections import _outcomes, _search
+from studies.reports.sections import _outcomes, search
 from studies.reports.sections.outcomes import ComputedWay, QuantityOutcomes, ShotOutcome
 from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.runs.results import RunResult
@@ -142,4 +142,4 @@ def test_headline__says_where_an_outcome_is_known_and_where_undecided(
 )
 def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
     found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
-    assert _search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
+    assert search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said

@@ -10,8 +10,9 @@ from studies.quantities.units import readable
 from studies.reports.answers import EXAMPLE
 from studies.reports.answers.answer import answers
 from studies.reports.answers.page import page
-from studies.reports.answers.picture import draw, picture
+from studies.reports.answers.picture import picture
 from studies.reports.answers.question import read_question
+from studies.reports.drawing.charts import draw
 from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
 from studies.sweeps.document import read_yaml
 from tests.studies.reports.answers.test_answers import BLOCK, PLATE
