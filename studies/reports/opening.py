@@ -6,7 +6,7 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -23,7 +23,7 @@ from studies.quantities.display import decimals, display_of
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
-from studies.reports.records import Judgement, MeasuredShot, PointJudgement
+from studies.reports.records import Judgement, MeasuredShot
 from studies.reports.wording import size, text_environment, worded
 from studies.reports.words import DOUBTS, number_of, unit_of, words
 from studies.runs.run import estimate
@@ -45,6 +45,15 @@ class Computed:
 
 
 @dataclass(frozen=True)
+class Given:
+    """What a law gives at the point of a shot, SI, and whether that is what was measured."""
+
+    law: str
+    value: float
+    reaches: bool
+
+
+@dataclass(frozen=True)
 class QuantityOpening:
     """What is said of a quantity."""
 
@@ -57,8 +66,7 @@ class QuantityOpening:
     laws: tuple[Judgement, ...]  # that are compared with the simulation, nearest first
     has_laws: bool  # whether any law answers at all
     shots: tuple[MeasuredShot, ...]
-    at_shot: tuple[PointJudgement, ...]  # each law in its range at the point of the one shot
-    named: tuple[str, ...]  # these laws
+    at_shot: tuple[Given, ...]  # by each law in its range, beside the first shot
 
     @property
     def noun(self) -> str:
@@ -117,9 +125,7 @@ def _of_quantity(
     if len(axes) > 1 or count > MOST_LISTED:
         computed = [pick(computed, key=lambda each: each.value) for pick in (min, max)]
     mine = [each for each in judgements if each.quantity == name]
-    place = next((shot.point for shot in shots[:1]), {})
     laws = nearest(mine, "simulation")
-    given = [(law.name, at) for law in laws for at in law.points if at.at == place and not at.outside and at.law]
     return QuantityOpening(
         quantity=name,
         unit=str(points[name].attrs["units"]),
@@ -130,9 +136,16 @@ def _of_quantity(
         laws=tuple(laws),
         has_laws=any(each.reference == "simulation" and not each.drawn_only for each in mine),
         shots=tuple(shots),
-        at_shot=tuple(at for _, at in given),
-        named=tuple(law for law, _ in given),
+        at_shot=tuple(each for shot in shots[:1] for each in _given(laws, shot)),
     )
+
+
+def _given(laws: Sequence[Judgement], shot: MeasuredShot) -> Iterator[Given]:
+    low, high = shot.ends
+    for law in laws:
+        for at in law.points:
+            if at.at == shot.point and at.law and not at.outside:
+                yield Given(law.name, at.law, low <= at.law <= high)
 
 
 def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
@@ -205,30 +218,10 @@ def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
     return (min(off), max(off)) if off else None
 
 
-def _reaching(each: QuantityOpening) -> list[tuple[str, float]]:
-    """The laws in their range that give what was measured in the one shot."""
-    low, high = each.shots[0].ends
-    return [
-        (name, at.law) for name, at in zip(each.named, each.at_shot, strict=True) if at.law and low <= at.law <= high
-    ]
-
-
-def _missing(each: QuantityOpening) -> list[float]:
-    """What the laws give that miss the one shot."""
-    low, high = each.shots[0].ends
-    return [at.law for at in each.at_shot if at.law and not low <= at.law <= high]
-
-
 @cache
 def _template() -> Template:
     environment = text_environment()
-    filters: dict[str, Any] = {
-        "barred": _barred,
-        "measured": _measured,
-        "simulated": _simulated,
-        "reaching": _reaching,
-        "missing": _missing,
-    }
+    filters: dict[str, Any] = {"barred": _barred, "measured": _measured, "simulated": _simulated}
     environment.filters.update(filters)
     environment.globals["words_of"] = DOUBTS
     return environment.get_template("headline.txt")

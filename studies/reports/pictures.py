@@ -21,7 +21,7 @@ from studies.cubes.points import axes_of, by_run, places_of, refinements_of, sim
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
-from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures
+from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures, rounded_up
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
@@ -343,18 +343,3 @@ def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[
         low = math.floor(float(min(low[1] for low in lows)) / step) * step
         return (low, max(math.ceil(high / step), low / step + 1.0) * step)
     return (0.0, rounded_up(high))
-
-
-def rounded_up(value: float) -> float:
-    """The next number at or above a value that reads well; 1 for what is not above 0.
-
-    >>> rounded_up(0.83), rounded_up(2.1), rounded_up(4.1e9), rounded_up(0.0)
-    (1.0, 2.5, 5000000000.0, 1.0)
-    """
-    if value <= 0.0:
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(value))
-    step = next(
-        step for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0) if step * power >= value * 0.999
-    )
-    return float(f"{step * power:.12g}")
