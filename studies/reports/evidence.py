@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import comparable, error_bars, places_of, simulated_values
+from studies.cubes.points import comparable, error_bars, places_of, simulated_or_nan, simulated_values
 from studies.laws import RangeStatus
 
 # Parts of an error bar of which a report says whether they are known; a run states neither of the last two.
@@ -48,8 +48,8 @@ class Evidence:
         self.flags = reading.doubts_at(points, name)
         self._states = cubes.RUN_STATE.of(points).values.ravel()
         self._assessed = {
-            DEFINITION: self._stored(f"{name}_definition_part"),
-            MODEL: self._stored(cubes.MODEL_PART.named(name)),
+            DEFINITION: simulated_or_nan(points, f"{name}_definition_part"),
+            MODEL: simulated_or_nan(points, cubes.MODEL_PART.named(name)),
         }
         self._numerical = simulated_values(points, cubes.UNCERTAINTY.named(name)).ravel()
 
@@ -66,12 +66,6 @@ class Evidence:
     def tests(self) -> np.ndarray:
         """Whether error bars include the mesh error, bool (points,): no other bar is a test."""
         return np.isfinite(error_bars(self.points, self.name).values.ravel())
-
-    def _stored(self, name: str) -> np.ndarray:
-        """A part that the cube holds, where the run succeeded; NaN where it does not hold it."""
-        if name not in self.points:
-            return np.full(len(self.places), np.nan)
-        return simulated_values(self.points, name).ravel()
 
     def parts(self) -> dict[str, int]:
         """The number of points with a value that have each part."""
@@ -96,7 +90,7 @@ class Evidence:
         moved: list[list[tuple[str, float]]] = [[] for _ in self.places]
         for sign, (size, failure) in zip((-1.0, 1.0), cubes.MODEL_SIDES, strict=True):
             if size.is_in(self.points, self.name):
-                shares = sign * self._stored(size.named(self.name)) / self.values
+                shares = sign * simulated_or_nan(self.points, size.named(self.name)) / self.values
                 names = failure.of(self.points, self.name).values.ravel()
                 for known, name, share in zip(moved, names, shares, strict=True):
                     if name and math.isfinite(share):

@@ -9,7 +9,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
+from studies.cubes.points import axes_of, by_run, error_bars, mesh_part, places_of, simulated_values
 from studies.cubes.variable import Variable
 from studies.quantities.units import readable
 from studies.reports.figure import Scale
@@ -57,10 +57,6 @@ class FigureView:
         """Measured values of each point; NaN where no run succeeded."""
         return simulated_values(self.dataset, name).ravel()
 
-    def compared(self, name: str) -> np.ndarray:
-        """Measured values of each point with which laws are compared; NaN elsewhere."""
-        return comparable(self.dataset, name).values.ravel()
-
     def error_bars(self, name: str) -> np.ndarray:
         """Error bars (points,); NaN where the mesh error is unknown."""
         return error_bars(self.dataset, name).values.ravel()
@@ -70,18 +66,11 @@ class FigureView:
         """Parameters over which each point was computed several times: resolution, offset, or neither."""
         return str(self.dataset.attrs["refinements"]).split()
 
-    @property
-    def over_resolutions(self) -> bool:
-        return RESOLUTION in self.refinements
-
     def is_open(self, name: str) -> np.ndarray:
         """Whether a point (points,) is drawn open: it carries a flag, or resolutions tell no mesh error."""
-        own = reading.doubts(cubes.FLAGS.of(self.dataset, name)).values.ravel()
-        flags = self.flat(cubes.FLAGS_OF_RUN) | own
-        flagged: np.ndarray = flags != 0
-        if not self.over_resolutions:
-            return flagged
-        return flagged | np.isnan(mesh_part(self.dataset, name)).ravel()
+        flags = self.flat(cubes.FLAGS_OF_RUN) | reading.doubts(cubes.FLAGS.of(self.dataset, name)).values.ravel()
+        unknown = np.isnan(mesh_part(self.dataset, name)).ravel()
+        return (flags != 0) | (unknown & (RESOLUTION in self.refinements))
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
