@@ -9,11 +9,11 @@ from studies.cubes.points import Place
 from studies.laws import Shot
 from studies.observations.shields.shots import published
 from studies.quantities.units import readable
-from studies.reports.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
 from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.wording import in_words, text_template
 from studies.reports.words import joined
+from studies.shields.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.shields.limit import DIAMETER, shots_at
 from studies.shields.section import ShieldLimit
 

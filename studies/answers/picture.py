@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from studies.answers.answer import nearest, shot_in_words
 from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
 from studies.observations.shields.shots import published
-from studies.reports.answers.answer import nearest, shot_in_words
-from studies.reports.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 from studies.reports.figure import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Scale, Series
+from studies.shields.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 
 DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from studies.answers.answer import answers, document
+from studies.answers.cube import cube_of
+from studies.answers.question import read_question
 from studies.cases.rows import equal
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
-from studies.reports.answers.answer import answers, document
-from studies.reports.answers.cube import cube_of
-from studies.reports.answers.question import read_question
 from studies.sweeps.cost import cost_of
 from studies.sweeps.sweep import Sweep
 

@@ -8,13 +8,13 @@ from jinja2 import Template
 from markupsafe import Markup
 
 from studies import laws
+from studies.answers.answer import ShotAnswer, shot_in_words
+from studies.answers.picture import picture
+from studies.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 from studies.laws import Shot
 from studies.observations.shields.shots import citation
 from studies.quantities.display import NONE, display_of
 from studies.quantities.units import readable
-from studies.reports.answers.answer import ShotAnswer, shot_in_words
-from studies.reports.answers.picture import picture
-from studies.reports.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 from studies.reports.figure import Figure
 from studies.reports.wording import environment_of
 
@@ -59,4 +59,4 @@ def _share(share: Any) -> str:
 
 @cache
 def _template(name: str) -> Template:
-    return environment_of(is_html=True).get_template(f"studies.reports.answers:{name}")
+    return environment_of(is_html=True).get_template(f"studies.answers:{name}")

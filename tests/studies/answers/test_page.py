@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
+from studies.answers import EXAMPLE
+from studies.answers.answer import answers
+from studies.answers.page import page
+from studies.answers.picture import picture
+from studies.answers.question import read_question
 from studies.observations.shields.probability import probability
 from studies.quantities.units import readable
-from studies.reports.answers import EXAMPLE
-from studies.reports.answers.answer import answers
-from studies.reports.answers.page import page
-from studies.reports.answers.picture import picture
-from studies.reports.answers.question import read_question
 from studies.reports.drawing.charts import draw
 from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
 from studies.sweeps.document import read_yaml
-from tests.studies.reports.answers.test_answers import BLOCK, PLATE
+from tests.studies.answers.test_answers import BLOCK, PLATE
 
 SHIELD = read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name)
 

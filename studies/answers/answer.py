@@ -7,13 +7,13 @@ from functools import cache
 from typing import Any
 
 from studies import laws
+from studies.answers.question import Question
 from studies.laws import UNMEASURED, Law, RangeStatus, Shot
 from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import NONE, digits, display_of
 from studies.quantities.units import readable
-from studies.reports.answers.question import Question
 from studies.sweeps.reading import published_shots
 
 # What laws predict of each kind of target. A shield's bumper is a plate.

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from studies.answers.answer import ShotAnswer, answers
+from studies.answers.question import Question
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.inverse import RISKS, NoSize, SafeSize, Size
-from studies.reports.answers.answer import ShotAnswer, answers
-from studies.reports.answers.question import Question
 
 if TYPE_CHECKING:
     import xarray as xr
