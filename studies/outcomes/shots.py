@@ -15,9 +15,9 @@ from studies.cubes.reading import flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.observations.shields.drawn import failures_found
 from studies.observations.shields.judged import Share
+from studies.outcomes.section import ComputedWay, Outcomes, QuantityOutcomes, ShotOutcome
 from studies.quantities.measured import doubting_flags
 from studies.reports.section import Part, Source
-from studies.reports.sections.outcomes import ComputedWay, Outcomes, QuantityOutcomes, ShotOutcome
 from studies.reports.wording import text_template, worded
 
 WALL = "wall_perforated"
@@ -133,7 +133,7 @@ def headline(outcomes: QuantityOutcomes, units: dict[str, str | None], speed: fl
         counts=tuple((outcome, counts[outcome]) for outcome in (False, True, None) if counts[outcome]),
         found=tuple(dict.fromkeys(held)) if outcomes.is_wall else (),
     )
-    return worded(text_template("outcomes.txt"), opening=opening)
+    return worded(text_template("studies.outcomes:headline.txt"), opening=opening)
 
 
 def _stretches(shots: Sequence[ShotOutcome], axis: str) -> tuple[OutcomeStretch, ...]:

@@ -1,4 +1,4 @@
-"""What a report says of outcomes and of searches: along an axis, over grids and models, and in its headline."""
+"""What a report says of outcomes: along an axis, over grids and models, and in its headline."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -8,11 +8,10 @@ import pytest
 from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
 from studies.observations.shields.judged import Share
+from studies.outcomes import shots as of_shots
+from studies.outcomes.section import ComputedWay, QuantityOutcomes, ShotOutcome
 from studies.quantities.measured import Measured
 from studies.reports.page import page
-from studies.reports.sections import _outcomes, search
-from studies.reports.sections.outcomes import ComputedWay, QuantityOutcomes, ShotOutcome
-from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
@@ -129,17 +128,4 @@ def test_headline__says_where_an_outcome_is_known_and_where_undecided(
 ) -> None:
     no, yes = HOLDS.outcomes
     outcomes = QuantityOutcomes("wall_perforated", (no, yes), True, tuple(shots))
-    assert _outcomes.headline(outcomes, {"wall": "m"}, speed) == said
-
-
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ([183.0], "Perforated from speed 183 m/s, between 180 and 186 m/s."),
-        ([183.0, 250.0], "Perforated from speed 0.183-0.25 km/s (2 limits)."),
-        ([None], "The search for perforated found no limit."),
-    ],
-)
-def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
-    found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
-    assert search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
+    assert of_shots.headline(outcomes, {"wall": "m"}, speed) == said

@@ -46,7 +46,7 @@ class Outcomes:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._outcomes import outcomes_part
+    from studies.outcomes.shots import outcomes_part
 
     return outcomes_part(source)
 
@@ -57,7 +57,7 @@ SECTION = Section(
     14,
     Outcomes,
     _part,
-    "sections/outcomes.html",
-    appendix="sections/outcomes_appendix.html",
+    "studies.outcomes:section.html",
+    appendix="studies.outcomes:appendix.html",
     rank=40,
 )
