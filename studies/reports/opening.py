@@ -25,7 +25,7 @@ from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
 from studies.reports.records import Judgement, MeasuredShot
 from studies.reports.wording import size, text_environment, worded
-from studies.reports.words import DOUBTS, number_of, unit_of, words
+from studies.reports.words import number_of, unit_of, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED
@@ -223,5 +223,4 @@ def _template() -> Template:
     environment = text_environment()
     filters: dict[str, Any] = {"barred": _barred, "measured": _measured, "simulated": _simulated}
     environment.filters.update(filters)
-    environment.globals["words_of"] = DOUBTS
     return environment.get_template("headline.txt")

@@ -35,41 +35,13 @@ from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
 from studies.reports.view import spread
 from studies.reports.wording import environment_of, source_of
-from studies.reports.words import DOUBTS
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
-MOST_REASONS = 4  # of a law, in its row
-MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand on the appendix
+MOST_LAWS = 8  # rows of the first screen; all laws stand on the appendix
 MOST_FIRST = 2  # sections on the first screen
-MOST_FURTHER_LAWS = 5  # of each further quantity
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
-MOST_ACCURACIES = 24  # rows of the table of accuracy, of all quantities
-MOST_RANGES = 12  # quantities with smallest and largest value
-MOST_VALUES = 12  # of an axis, that are listed
 MOST_FURTHER, MOST_FURTHER_PANELS = 4, 12  # figures beside the first, and their panels
-MOST_PICTURES = 6
-# Words for the codes of a document, by the code.
-REASONS = {
-    "outside": "outside its range",
-    "other_material": "for another material",
-    "no_answer": "it has no answer",
-    "flagged": "every value is flagged",
-    "fitted": "a constant of it is fitted to the shot",
-    "no_bar": "an error is unknown",
-}
-POINT_WORDS = {"within": "within the bars", "low": "low", "high": "high", "not_comparable": "not comparable"}
-NOT_CHECKED = {
-    "doubtful_shots": "shots whose source nobody here read",
-    "mesh": "points whose mesh error is unknown",
-    "definition": "points for which nobody assessed what another definition of the measure would change",
-    "models": "points for which nobody assessed what other material data and models would change",
-    "other_alloy": "what other material data and models change is that of another alloy",
-    "distant_models": "what other material data and models change was measured at other speeds or plates",
-    "scatter": "the sources of the laws publish no scatter",
-    "flagged": "points with a flag, drawn open, with which nothing is compared",
-    "recalled": "equations recalled and compared with independent numbers; nobody here read the paper",
-}
 
 
 class Node:
@@ -293,7 +265,7 @@ def _compared_laws(judgements: Node) -> list[str]:
 def environment() -> Environment:
     environment = environment_of(is_html=True)
     environment.finalize = _only_marked
-    environment.tests["is_observation"] = lambda reference: bare(reference) == "observation"
+    environment.tests["is"] = lambda node, other: bare(node) == bare(other)
     environment.filters.update(
         bare=bare,
         number=number,
@@ -304,39 +276,20 @@ def environment() -> Environment:
         heading=_heading,
         unit=lambda unit: display_of(bare(unit)).unit,
         keys=lambda node: list(bare(node)),
-        main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
-        evenly=lambda rows, most: spread(list(rows), most),
+        evenly=lambda rows, most=MOST_POINTS: spread(list(rows), most),
         compared_laws=_compared_laws,
-        finest_ones=lambda runs: [run for run in runs if bare(run.finest) and not bare(run.missing)],
         troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
         is_round_off=lambda value: is_round_off(bare(value)),
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
-        of_quantity=lambda laws, name: [law for law in laws if bare(law.quantity) == bare(name)],
         quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
-        some_reasons=lambda reasons: list(islice(reasons, MOST_REASONS)),
         # Above a table that does not show all rows.
         cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",
         thumbnails=_thumbnails,
-        coarser=lambda runs: [run for run in runs if not bare(run.finest)],
-        ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],
-        debris=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "debris"],
     )
     environment.globals.update(
         mesh_unknown=MESH_UNKNOWN,
-        most_laws=MOST_LAWS,
-        most_shots=MOST_SHOTS,
-        most_further_laws=MOST_FURTHER_LAWS,
-        most_points=MOST_POINTS,
-        most_accuracies=MOST_ACCURACIES,
-        most_ranges=MOST_RANGES,
-        most_pictures=MOST_PICTURES,
-        most_values=MOST_VALUES,
-        reasons=REASONS,
-        doubts=DOUBTS,
-        point_words=POINT_WORDS,
-        not_checked=NOT_CHECKED,
         confidences=CONFIDENCES,
         setup=lambda document: setup_sketch(bare(document)),
         colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of, printed_in
 
 MOST_WORDS = 30  # of a headline
-DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}  # about a measured shot, by their codes
 
 
 def share(size: float) -> str:
