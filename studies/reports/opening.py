@@ -42,6 +42,7 @@ class Computed:
     at: Place
     value: float
     bar: float | None  # None where the mesh error is unknown
+    flagged: bool  # on the quantity or on the run
 
 
 @dataclass(frozen=True)
@@ -111,19 +112,13 @@ def opening_of(points: xr.Dataset, judgements: Sequence[Judgement], shots: Seque
 def _of_quantity(
     points: xr.Dataset, name: str, judgements: Sequence[Judgement], shots: Sequence[MeasuredShot]
 ) -> QuantityOpening | None:
-    values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
-    told = np.isfinite(values) & ~is_made_by_mesh(points, name)
-    if not told.any():
+    computed = computed_of(points, name)
+    if not computed:
         return None
-    places = places_of(points)
-    computed = [
-        Computed(places[number], float(values[number]), finite(float(bars[number]))) for number in np.flatnonzero(told)
-    ]
-    flagged = sum(bool(flags) for flags, is_told in zip(doubts_at(points, name), told, strict=True) if is_told)
-    count, bar = len(computed), _largest_bar(computed)
+    count, bar, flagged = len(computed), _largest_bar(computed), sum(each.flagged for each in computed)
     axes = {axis for axis in axes_of(points) if len({each.at[axis] for each in computed}) > 1}
     if len(axes) > 1 or count > MOST_LISTED:
-        computed = [pick(computed, key=lambda each: each.value) for pick in (min, max)]
+        computed = [*ends_of(computed)]
     mine = [each for each in judgements if each.quantity == name]
     laws = nearest(mine, "simulation")
     return QuantityOpening(
@@ -146,6 +141,23 @@ def _given(laws: Sequence[Judgement], shot: MeasuredShot) -> Iterator[Given]:
         for at in law.points:
             if at.at == shot.point and at.law and not at.outside:
                 yield Given(law.name, at.law, low <= at.law <= high)
+
+
+def computed_of(points: xr.Dataset, name: str) -> list[Computed]:
+    """The value of a quantity at each point that has one, without those that are no answer."""
+    values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
+    told = np.isfinite(values) & ~is_made_by_mesh(points, name)
+    columns = zip(places_of(points), values, bars, doubts_at(points, name), told, strict=True)
+    return [
+        Computed(at, float(value), finite(float(bar)), bool(flags))
+        for at, value, bar, flags, is_told in columns
+        if is_told
+    ]
+
+
+def ends_of(computed: Sequence[Computed]) -> tuple[Computed, Computed]:
+    """The smallest and the largest value."""
+    return min(computed, key=lambda each: each.value), max(computed, key=lambda each: each.value)
 
 
 def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
