@@ -23,19 +23,6 @@ UNSTATED = "a limit of its source is not met"
 BESIDE_RUNS = (*cubes.OF_ANSWERS, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE)
 BESIDE_SHOTS = (*cubes.OF_ANSWERS_AT_OBSERVATIONS, cubes.OBSERVED_LAW_TITLE, cubes.OBSERVED_LAW_CONFIDENCE)
 STATUSES = tuple(RangeStatus)
-# Why a point without a value judges nothing, by the state of its run.
-UNJUDGED_STATES = {
-    "succeeded": "the run measured no value",
-    "failed": "the run failed",
-    "crashed": "the run crashed",
-    "timed_out": "the run timed out",
-    "out_of_memory": "the run ran out of memory",
-    "cancelled": "the run was cancelled",
-    "running": "the run has not ended",
-    "pending": "the run has not begun",
-    "missing": "the run left no result",
-    "other": "the run did not succeed",
-}
 
 
 class Evidence:
@@ -104,7 +91,8 @@ class Evidence:
         value = self.values[number]
         if math.isfinite(value):
             return "" if value else NO_SIZE
-        return UNJUDGED_STATES[cubes.STATES[self._states[number]]]
+        state = cubes.STATES[self._states[number]]
+        return "the run measured no value" if state == "succeeded" else f"state of its run: {state.replace('_', ' ')}"
 
     def unflagged(self) -> tuple[xr.Dataset, xr.Dataset]:
         """The points with the joint uncertainty as bars and without flagged values; the same with bars that test."""

@@ -36,7 +36,6 @@ from studies.reports.figure import (
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.opening import opening_of
 from studies.reports.records import MatchedObservation, MeasuredShot, Place, Where
 from studies.reports.view import (
     MOST_PANELS,
@@ -62,11 +61,9 @@ MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
 
 
-def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
-    """Figures of the main quantities of a cube, the one that the headline is about first; SI."""
+def figures(comparison: Comparison, names: Sequence[str]) -> tuple[Figure, ...]:
+    """Figures of some quantities of a cube, the one that the headline is about first; SI."""
     points = comparison.points
-    opening = opening_of(points, comparison.judgements, comparison.shots)
-    names = [each.quantity for each in opening.quantities] if opening else []
     views = views_of(points)
     view = views[0]
     if (other := second_axis(view)) is not None:

@@ -19,7 +19,7 @@ from jinja2 import Template
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
 from studies.cubes.reading import doubts_at, finite, flag_words
-from studies.quantities.display import decimals, display_of
+from studies.quantities.display import printed_beside
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
@@ -207,11 +207,9 @@ def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
 
 def _barred(each: Computed, unit: str) -> str:
     """ "14.2 ± 1.0"."""
-    factor = display_of(unit).factor
     if not each.bar:
         return size(each.value, unit)
-    places = min(max(0, 1 - math.floor(math.log10(float(f"{each.bar * factor:.1e}")))), 4)
-    return f"{decimals(each.value * factor, places)} ± {decimals(each.bar * factor, places)}"
+    return f"{printed_beside(each.value, unit, each.bar)} ± {printed_beside(each.bar, unit, each.bar)}"
 
 
 def _measured(shot: MeasuredShot) -> str:

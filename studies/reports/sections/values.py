@@ -53,11 +53,10 @@ def _part(source: Source) -> Part:
     withheld = (Withheld(name, count, points.run_state.size) for name, count in counts.items() if count)
     opening = opening_of(points, comparison.judgements, comparison.shots)
     units = {name: points[name].attrs.get("units") for name in axes_of(points)}
-    return Part(
-        Values(tuple(ranges), tuple(withheld)),
-        figures(source.dataset, comparison),
-        headline(opening, units) if opening else "",
-    )
+    record = Values(tuple(ranges), tuple(withheld))
+    if opening is None:
+        return Part(record)
+    return Part(record, figures(comparison, [each.quantity for each in opening.quantities]), headline(opening, units))
 
 
 SECTION = Section(
