@@ -22,7 +22,7 @@ from studies.observations import written
 from studies.observations.compared import FEWEST, STORED, ComparedShots, bias_and_scatter, compared_shots, ratio, stored
 from studies.quantities.display import MESH_UNKNOWN, NARROW_SPACE, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.parameters import declared
-from studies.reports.words import words
+from studies.reports.wording import words
 from studies.sweeps.reading import published_shots
 
 COMMAND = "python -m docs.pages compute shots"

@@ -50,7 +50,7 @@ from studies.reports.view import (
     view_of,
     views_of,
 )
-from studies.reports.words import words
+from studies.reports.wording import words
 from studies.sweeps.reading import RESOLUTION
 
 NEAREST = 2  # laws in colour

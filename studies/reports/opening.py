@@ -24,8 +24,7 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
 from studies.reports.records import Judgement, MeasuredShot
-from studies.reports.wording import size, text_environment, worded
-from studies.reports.words import number_of, unit_of, words
+from studies.reports.wording import number_of, size, text_environment, unit_of, worded, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED

@@ -119,7 +119,9 @@ def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> 
     """
     every = [figure_of(each) for each in report["figures"]]
     opening = next((number for number, figure in enumerate(every) if _says(figure)), None)
-    ratio = None if opening is None else _ratio_of(every, every[opening])
+    names = [figure.name for figure in every]
+    ratio_name = "" if opening is None else f"{names[opening]}_ratio"
+    ratio = names.index(ratio_name) if ratio_name in names else None
     # The first figure again where the first screen does not show all of its panels.
     further = _further(every, opening)
     shown = [section for section in sections() if section.template and section.name in report]
@@ -182,11 +184,6 @@ def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path
             **shown,
         )
     )
-
-
-def _ratio_of(figures: Sequence[Figure], opening: Figure) -> int | None:
-    """The number of the same figure over the diameter of the projectile; None where there is none."""
-    return next((number for number, figure in enumerate(figures) if figure.name == f"{opening.name}_ratio"), None)
 
 
 def figure_of(plain_figure: dict[str, Any]) -> Figure:

@@ -14,7 +14,7 @@ from studies.cubes.variable import Variable
 from studies.quantities.units import readable
 from studies.reports.figure import Scale
 from studies.reports.records import Place
-from studies.reports.words import words
+from studies.reports.wording import words
 from studies.sweeps.reading import RESOLUTION
 
 MOST_PANELS = 6  # panels of a figure; further panels are in the cube

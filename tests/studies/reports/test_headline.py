@@ -17,7 +17,7 @@ from studies.cases.rows import at_most, equal
 from studies.cubes import cube
 from studies.reports.sections import search
 from studies.reports.sections.search import FoundLimit, FoundLimits
-from studies.reports.words import MOST_WORDS
+from studies.reports.wording import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis

@@ -21,7 +21,7 @@ from studies.reports.compare import compare
 from studies.reports.figure import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
-from studies.reports.words import MOST_WORDS
+from studies.reports.wording import MOST_WORDS
 from studies.runs.run import Run
 from studies.shields.section import SECTION, Incomparable
 from studies.sweeps.sweep import Sweep
