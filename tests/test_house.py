@@ -20,8 +20,8 @@ from unittest.mock import patch
 import pytest
 import sqlalchemy as sa
 
+from studies.answers import EXAMPLE
 from studies.cases.rows import at_most, equal
-from studies.reports.answers import EXAMPLE
 from tests import house
 from tests.crash.support.serving import serving
 from tests.service.support.fakes import wait_until

@@ -92,8 +92,8 @@ def laws(**parameters: Any) -> "xarray.Dataset":
     >>> (1e3 * answer.hole_diameter.sel(law_of_hole_diameter="maiden_al")).round(2).values.tolist()
     [8.16, 11.83]
     """
-    from studies.reports.answers.cube import cube_of
-    from studies.reports.answers.question import read_question
+    from studies.answers.cube import cube_of
+    from studies.answers.question import read_question
 
     return cube_of(read_question(parameters))
 

@@ -28,9 +28,9 @@ MODULES: dict[str, tuple[str, ...]] = {
         "Reason",
         "in_words",
     ),
-    "studies.reports.answers.question": ("read_question", "Question", "ShotParameters"),
-    "studies.reports.answers.answer": ("answers", "ShotAnswer", "QuantityAnswer", "LawAnswer"),
-    "studies.reports.answers.cube": ("cube_of",),
+    "studies.answers.question": ("read_question", "Question", "ShotParameters"),
+    "studies.answers.answer": ("answers", "ShotAnswer", "QuantityAnswer", "LawAnswer"),
+    "studies.answers.cube": ("cube_of",),
     "solver.simulation": ("simulate", "Outcome", "Snapshot"),
     "solver.problem": ("Problem", "Body", "Face", "StepRule", "ArtificialViscosity"),
 }

@@ -192,14 +192,14 @@ def _sweep(document: Any, posted: Posted) -> Sweep:
 
 def answered(document: Any, _posted: Posted) -> bytes:
     """What laws and shots say of the shots of a question, as JSON."""
-    from studies.reports.answers import answer, question
+    from studies.answers import answer, question
 
     return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
 
 
 def answered_as_cube(document: Any, _posted: Posted) -> bytes:
     """The same as NetCDF-4."""
-    from studies.reports.answers import cube, question
+    from studies.answers import cube, question
 
     return cube.netcdf(question.read_question(document))
 
@@ -234,7 +234,8 @@ class AnsweredForm:
 
 def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
     """The answer to the shot of a form, whose fields have one value each."""
-    from studies.reports.answers import answer, page, picture, question
+    from studies.answers import answer, page, question
+    from studies.reports.drawing.charts import of_page
     from studies.reports.drawing.images import as_images
 
     try:
@@ -243,7 +244,7 @@ def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
         return AnsweredForm(error.findings)
 
     def drawn(figure: Any) -> Markup:
-        images = zip(("wide", "narrow"), as_images(picture.drawn_for_page(figure)), strict=True)
+        images = zip(("wide", "narrow"), as_images(of_page(figure, "answer")), strict=True)
         tag = '<img class="chart {}" src="{}" alt="{}">'
         return Markup("").join(Markup(tag).format(width, image, figure.title) for width, image in images)
 

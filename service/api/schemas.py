@@ -24,8 +24,7 @@ from service.records.jobs import (
     described,
 )
 from studies.quantities.files import ARCHIVE, SWEEP_FILES
-from studies.reports.document import Head
-from studies.reports.schema import schema_of_report
+from studies.reports.document import Head, schema_of_report
 from studies.reports.section import sections
 from studies.sweeps import examples
 from studies.sweeps.cost import PresetCost

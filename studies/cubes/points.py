@@ -89,6 +89,13 @@ def simulated_values(dataset: xr.Dataset, name: str) -> np.ndarray:
     return np.where(succeeded, reading.by_run(dataset, dataset.variables[name]), np.nan)
 
 
+def simulated_or_nan(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """The same of each cell, (cells,); NaN everywhere where the cube does not have the variable."""
+    if name not in dataset:
+        return np.full(dataset.run_state.size, np.nan)
+    return simulated_values(dataset, name).ravel()
+
+
 def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """A measured quantity where a law may be compared with it; NaN where its flags speak against it.
 

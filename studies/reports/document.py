@@ -1,8 +1,11 @@
-"""The head of a report's document: what stands beside its sections. Nothing heavy is imported."""
+"""The head of a report's document, and the type of the whole. Nothing heavy is imported."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, make_dataclass
+
+from pydantic import TypeAdapter
 
 from studies.reports.figure import Figure
+from studies.reports.section import Section
 
 
 @dataclass(frozen=True)
@@ -40,3 +43,11 @@ class Head:
     coordinates: tuple[Axis, ...]  # of runs
     quantities: tuple[MeasuredQuantity, ...]
     figures: tuple[Figure, ...]
+
+
+def schema_of_report(sections: tuple[Section, ...]) -> TypeAdapter[Head]:
+    """The type of a report; the record of a section without anything to say is absent."""
+    records = [(section.name, section.record | None, None) for section in sections]
+    return TypeAdapter(
+        make_dataclass("Report", records, bases=(Head,), namespace={"__doc__": Head.__doc__}, frozen=True)
+    )

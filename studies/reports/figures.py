@@ -6,7 +6,6 @@ Its records are those of :mod:`studies.reports.figure`.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,10 +15,9 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Refined, axes_of, by_run, is_same, main_quantities, places_of, refined, refinements_of
 from studies.cubes.variable import SYMBOLS
-from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
-from studies.reports.evidence import full_title, with_models
+from studies.reports.evidence import Evidence
 from studies.reports.figure import (
     ERROR_BAR,
     EXTRAPOLATED,
@@ -37,35 +35,35 @@ from studies.reports.figure import (
     Series,
     numbers,
 )
-from studies.reports.judgement import nearest, short_names
-from studies.reports.matched import MatchedObservation
-from studies.reports.opening import opening_of
-from studies.reports.records import MeasuredShot, Place
+from studies.reports.judgement import full_title, nearest, short_names
+from studies.reports.records import MatchedObservation, MeasuredShot, Place, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
     FigureView,
     Slice,
-    judged_window,
+    groups_of,
     second_axis,
     spread,
     title_of,
+    told,
     view_of,
     views_of,
 )
+from studies.reports.wording import words
 from studies.sweeps.reading import RESOLUTION
 
 NEAREST = 2  # laws in colour
+NEAR = 0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
+WINDOW = "settled_window"  # the parameter: time over which growth is judged
 MOST_HISTORIES = 8  # lines in one panel
 MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
 
 
-def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
-    """Figures of the main quantities of a cube, the one that the headline is about first; SI."""
+def figures(comparison: Comparison, names: Sequence[str]) -> tuple[Figure, ...]:
+    """Figures of some quantities of a cube, the one that the headline is about first; SI."""
     points = comparison.points
-    opening = opening_of(points, comparison.judgements, comparison.shots)
-    names = [each.quantity for each in opening.quantities] if opening else []
     views = views_of(points)
     view = views[0]
     if (other := second_axis(view)) is not None:
@@ -94,7 +92,7 @@ def _with_cut_bars(figure: Figure) -> Figure:
         for value, bar in zip(series.y, series.outer or series.uncertainty, strict=False)
         if value is not None
     ]
-    return replace(figure, caption=figure.caption + captions.of_cut_bars(bars))
+    return replace(figure, caption=f"{figure.caption} {captions.of_cut_bars(bars)}".rstrip())
 
 
 # ---- points, laws and measured shots -------------------------------------------------------------
@@ -122,7 +120,7 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     over = "" if view.abscissa.name == PREFERRED else f"_over_{view.abscissa.name}"
     return Figure(
         name=f"{name}_laws{over}",
-        title=f"{_words(name).capitalize()} against {view.abscissa.label}",
+        title=f"{words(name).capitalize()} against {view.abscissa.label}",
         caption=captions.of_laws(view, name, kinds),
         x=view.abscissa,
         y=view.scale_of(name),
@@ -134,13 +132,13 @@ def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
     """The same over the diameter of the projectile."""
     drawn = against_laws(replace(view, in_diameters=True), name, comparison)
     symbol = f", {SYMBOLS[name]}" if name in SYMBOLS else ""
-    title = f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
+    title = f"{words(name).capitalize()}{symbol} against {view.abscissa.label}"
     return replace(drawn, name=f"{drawn.name}_ratio", title=title, where="ratio")
 
 
 def growth(view: FigureView, name: str) -> Figure:
     """The quantity during the runs: whether they were stopped too early."""
-    values = view.flat(cubes.HISTORY, name) / view.norm(name)[:, np.newaxis]
+    values = view.flat(cubes.HISTORY, name)
     times = view.flat(cubes.HISTORY_TIME)
     panels = [
         Panel(
@@ -150,7 +148,7 @@ def growth(view: FigureView, name: str) -> Figure:
             tuple(
                 Series(
                     "history",
-                    _value_of(view, cell),
+                    told(view.x[cell], view.abscissa.unit),
                     numbers(times[cell]),
                     numbers(values[cell]),
                     window=_window(view, cell, times[cell]),
@@ -162,7 +160,7 @@ def growth(view: FigureView, name: str) -> Figure:
     ]
     return Figure(
         name=f"{name}_growth",
-        title=f"Growth of {_words(name)} during the runs",
+        title=f"Growth of {words(name)} during the runs",
         caption=captions.of_growth(view, name, values),
         x=Scale("time", "time", "s"),
         y=view.scale_of(name),
@@ -171,11 +169,13 @@ def growth(view: FigureView, name: str) -> Figure:
 
 
 def _window(view: FigureView, cell: int, times: np.ndarray) -> Numbers:
-    """The time in which growth of a run is judged: begin and end."""
-    known = np.isfinite(times)
-    if not known.any():
+    """The time (s) in which growth of a run is judged: begin and end; none where the cube states none."""
+    known = times[np.isfinite(times)]
+    length = float(by_run(view.dataset, WINDOW)[cell]) if WINDOW in view.dataset else math.nan
+    if not known.size or math.isnan(length):
         return ()
-    return judged_window(view.dataset, cell, float(times[known].max())) or ()
+    end = float(known.max())
+    return max(0.0, end - length), end
 
 
 def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
@@ -184,7 +184,7 @@ def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     if np.isfinite(values).any():
         norm, doubts = view.norm(name)[piece.cells], view.doubts(name)
         bars = view.error_bars(name)[piece.cells]
-        outer = np.where(np.isfinite(bars), with_models(view.dataset, name)[piece.cells], np.nan)
+        outer = np.where(np.isfinite(bars), Evidence(view.dataset, name).bars()[piece.cells], np.nan)
         yield Series(
             "simulation",
             SIMULATION,
@@ -245,7 +245,12 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
             x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
             shots[x, shot.value, shot.lower, shot.upper] = x, shot
     for each in comparison.observations:
-        if each.quantity == name and not each.elsewhere and view.abscissa.name in each.at and _meets(each.at, piece.at):
+        if (
+            each.quantity == name
+            and each.where is not Where.ELSEWHERE
+            and view.abscissa.name in each.at
+            and _meets(each.at, piece.at)
+        ):
             x = each.at[view.abscissa.name]
             shots.setdefault((x, each.value, each.lower, each.upper), (x, each))
     if not shots:
@@ -265,7 +270,7 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
 
 
 def _meets(at: Place, axes: Place) -> bool:
-    return all(axis in at and is_same(at[axis], value, captions.NEAR) for axis, value in axes.items())
+    return all(axis in at and is_same(at[axis], value, NEAR) for axis, value in axes.items())
 
 
 def _norm_of(view: FigureView, name: str, shot: MeasuredShot | MatchedObservation) -> float:
@@ -286,10 +291,10 @@ def _maps(view: FigureView, other: Scale, name: str, comparison: Comparison) -> 
     values = view.succeeded(name)
     panels = [_map(view, other, title, cells, values) for title, cells in spread(pieces, MOST_MAPS)]
     left_out = len(pieces) - len(panels)
-    caption = f"Colours say {_words(name)}; a run without a value has none." + (
+    caption = f"Colours say {words(name)}; a run without a value has none." + (
         f" {left_out} further combinations of the other axes are in the cube." if left_out else ""
     )
-    title = f"{_words(name).capitalize()} {over}"
+    title = f"{words(name).capitalize()} {over}"
     x, y = view.abscissa, other
     yield Figure(f"{name}_map", title, caption, x, y, tuple(panels), z=view.scale_of(name))
     near = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")[:NEAREST]
@@ -301,7 +306,7 @@ def _maps(view: FigureView, other: Scale, name: str, comparison: Comparison) -> 
     if any(panel.series for panel in laws):
         yield Figure(
             f"{name}_laws_map",
-            f"Law minus simulation, relative: {_words(name)} {over}",
+            f"Law minus simulation, relative: {words(name)} {over}",
             "Red: the law gives more than the simulation; blue: less. Answers outside of the range of a law too."
             + (f" At {title}." if title else ""),
             x,
@@ -327,16 +332,8 @@ def _pieces(view: FigureView, other: str) -> Iterator[tuple[str, np.ndarray]]:
     if "run" in view.dataset.dims or not others:
         yield "", np.arange(len(view.x))
         return
-    groups: dict[tuple[Any, ...], list[int]] = {}
-    for cell, place in enumerate(places_of(view.dataset)):
-        groups.setdefault(tuple(place[axis] for axis in others), []).append(cell)
-    for key, cells in groups.items():
+    for key, cells in groups_of(places_of(view.dataset), others).items():
         yield title_of(view.dataset, dict(zip(others, key, strict=True))), np.array(cells)
-
-
-def _error_bar(x: tuple[float | str, ...], low: Numbers, high: Numbers, connected: bool = True) -> Series:
-    in_range = (True,) * len(x)
-    return Series("band", ERROR_BAR, x, low=low, high=high, in_range=in_range, connected=connected)
 
 
 # ---- convergence ---------------------------------------------------------------------------------
@@ -346,10 +343,10 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     """A quantity against the size of a cell, one panel a point."""
     valued = [point for point in refined(cube, name) if math.isfinite(point.converged.value)]
     shown = spread(valued, MOST_PANELS)
-    places, norms = places_of(view.dataset), view.norm(name)
+    places = places_of(view.dataset)
     return Figure(
         name=f"{name}_convergence",
-        title=f"{_words(name).capitalize()} against the size of a cell",
+        title=f"{words(name).capitalize()} against the size of a cell",
         caption=captions.of_convergence(
             offsets=any(_several_offsets(point) for point in shown[:1]),
             extrapolated=any(point.converged.verdict == "converging" for point in shown),
@@ -361,7 +358,7 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
             Panel(
                 title_of(view.dataset, places[point.number]),
                 places[point.number],
-                tuple(_of_point(point, float(norms[point.number]))),
+                tuple(_of_point(point)),
                 _verdict(point.converged),
             )
             for point in shown
@@ -380,46 +377,34 @@ def _several_offsets(point: Refined) -> bool:
     return len(point.values) > len(point.converged.levels)
 
 
-def _of_point(point: Refined, norm: float) -> Iterator[Series]:
+def _of_point(point: Refined) -> Iterator[Series]:
     converged = point.converged
     levels = [level for level in reversed(converged.levels) if level.values]
     if math.isfinite(converged.uncertainty):
         # From nothing to the coarsest resolution.
         low, high = (converged.value + sign * converged.uncertainty for sign in (-1.0, 1.0))
         coarsest = max(level.spacing for level in converged.levels)
-        yield _error_bar((0.0, coarsest), (low / norm,) * 2, (high / norm,) * 2)
+        yield Series("band", ERROR_BAR, (0.0, coarsest), low=(low,) * 2, high=(high,) * 2, in_range=(True,) * 2)
     if converged.verdict == "converging":
-        yield _trend(converged, norm)
+        yield _trend(converged)
     if _several_offsets(point):
         finite = np.isfinite(point.values)
-        x, y = point.spacings[finite].tolist(), (point.values[finite] / norm).tolist()
+        x, y = point.spacings[finite].tolist(), point.values[finite].tolist()
         yield Series("run", RUN, tuple(x), tuple(y), connected=False)
     yield Series(
         "level",
         MEAN if _several_offsets(point) else LEVEL,
         tuple(level.spacing for level in levels),
-        tuple(level.value / norm for level in levels),
-        numbers(level.scatter / norm for level in levels),
+        tuple(level.value for level in levels),
+        numbers(level.scatter for level in levels),
     )
     if converged.verdict == "converging":
-        yield Series("limit", EXTRAPOLATED, (0.0,), (converged.extrapolated / norm,), connected=False)
+        yield Series("limit", EXTRAPOLATED, (0.0,), (converged.extrapolated,), connected=False)
 
 
-def _trend(converged: Convergence, norm: float) -> Series:
+def _trend(converged: Convergence) -> Series:
     """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
     fine, _, coarse = [level for level in converged.levels if level.values][:3]
     x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
     y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** converged.order
-    return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
-
-
-# ---- words ---------------------------------------------------------------------------
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _value_of(view: FigureView, cell: int) -> str:
-    value = view.x[cell]
-    return value if isinstance(value, str) else readable(value, view.abscissa.unit or "1")
+    return Series("trend", TREND, tuple(x.tolist()), tuple(y.tolist()))

@@ -3,8 +3,6 @@
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -14,18 +12,10 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, is_same, places_of, plain, simulated
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
+from studies.reports.records import MatchedObservation, Where
 
 A_RANGE = "a range alone is published: nothing is compared with it"
 LINEAR = "linear between neighbouring runs"
-
-
-class Where(StrEnum):
-    """Where a shot lies among the runs of a sweep."""
-
-    AMONG = "among"  # at a run or between runs, with or without a value there
-    BEYOND_AXES = "beyond_axes"
-    ELSEWHERE = "elsewhere"  # it is of another set-up than any run
-    UNKNOWN = "unknown"  # it does not state an axis, or no run has its parameters
 
 
 class Interpolated(NamedTuple):
@@ -35,39 +25,6 @@ class Interpolated(NamedTuple):
     uncertainty: float
     how: str  # how it was found, or why it could not be
     where: Where = Where.AMONG
-
-
-@dataclass(frozen=True)
-class MatchedObservation:
-    """An observed shot with what the simulation gives for it."""
-
-    observation: int
-    quantity: str
-    unit: str
-    source: str
-    confidence: str  # one of ``studies.materials.schema.CONFIDENCES``
-    at: Place
-    diameter: float | None  # of the equivalent sphere, m
-    value: float | None  # None of a range
-    uncertainty: float | None
-    simulation: float | None
-    simulation_uncertainty: float | None  # between runs with the interpolation's part
-    how: str  # how the simulation was brought to the shot's parameters, or why it could not be
-    where: Where
-    # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
-    is_alike: bool
-    lower: float | None = None  # bounds of a range; None where it is open
-    upper: float | None = None
-
-    @property
-    def observed(self) -> float:
-        """The value; NaN of a range."""
-        return math.nan if self.value is None else self.value
-
-    @property
-    def elsewhere(self) -> bool:
-        """Whether the shot is of another set-up than any run: it has no place among them."""
-        return self.where is Where.ELSEWHERE
 
 
 def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObservation]:
@@ -87,15 +44,17 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
             without = Interpolated(math.nan, math.nan, A_RANGE)
             found = without if value is None else interpolate(barred, name, at)
             yield MatchedObservation(
-                observation=row,
                 quantity=name,
                 unit=dataset[name].attrs["units"],
-                source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
-                confidence=str(confidence.of(shot).item()) if confidence.is_in(shot) else "",
                 at=at,
-                diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
                 uncertainty=finite(float(cubes.OBSERVED_UNCERTAINTY.of(shot, name))),
+                lower=bounds[0],
+                upper=bounds[1],
+                source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
+                confidence=str(confidence.of(shot).item()) if confidence.is_in(shot) else "",
+                observation=row,
+                diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 simulation=finite(found.value),
                 simulation_uncertainty=finite(found.uncertainty),
                 how=found.how,
@@ -104,8 +63,6 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 and not any(
                     isinstance(value, str) and _is_another(dataset, parameter, value) for parameter, value in at.items()
                 ),
-                lower=bounds[0],
-                upper=bounds[1],
             )
 
 

@@ -18,7 +18,7 @@ from studies.quantities.findings import nearest_cure, refusal
 if TYPE_CHECKING:
     from studies.reports.figure import Figure
 
-OF_LAWS = ("_laws",)  # in the name of a figure that shows laws
+OF_LAWS = "_laws"  # in the name of a figure that shows laws
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class CubeFigures:
 
     def plot_laws(self, quantity: str = "") -> Figures:
         """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""
-        every = ((each, each.name.partition(word)) for each in self.plot().figures for word in OF_LAWS)
+        every = ((each, each.name.partition(OF_LAWS)) for each in self.plot().figures)
         drawn = [(name, each) for each, (name, word, _) in every if word]
         wanted = _known(quantity, [name for name, _ in drawn]) if quantity else ""
         return Figures(tuple(each for name, each in drawn if wanted in ("", name)))

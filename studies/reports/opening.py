@@ -6,7 +6,7 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -19,13 +19,12 @@ from jinja2 import Template
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
 from studies.cubes.reading import doubts_at, finite, flag_words
-from studies.quantities.display import MINUS, NARROW_SPACE, decimals, display_of
+from studies.quantities.display import printed_beside
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
-from studies.reports.judgement import Judgement, PointJudgement, nearest
-from studies.reports.shots import MeasuredShot
-from studies.reports.wording import size, text_environment, worded
-from studies.reports.words import DOUBTS, number_of, share, unit_of, words
+from studies.reports.judgement import nearest
+from studies.reports.records import Judgement, MeasuredShot
+from studies.reports.wording import number_of, size, text_environment, unit_of, worded, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED
@@ -42,6 +41,16 @@ class Computed:
     at: Place
     value: float
     bar: float | None  # None where the mesh error is unknown
+    flagged: bool  # on the quantity or on the run
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a law gives at the point of a shot, SI, and whether that is what was measured."""
+
+    law: str
+    value: float
+    reaches: bool
 
 
 @dataclass(frozen=True)
@@ -57,8 +66,7 @@ class QuantityOpening:
     laws: tuple[Judgement, ...]  # that are compared with the simulation, nearest first
     has_laws: bool  # whether any law answers at all
     shots: tuple[MeasuredShot, ...]
-    at_shot: tuple[PointJudgement, ...]  # each law in its range at the point of the one shot
-    named: tuple[str, ...]  # these laws
+    at_shot: tuple[Given, ...]  # by each law in its range, beside the first shot
 
     @property
     def noun(self) -> str:
@@ -103,23 +111,15 @@ def opening_of(points: xr.Dataset, judgements: Sequence[Judgement], shots: Seque
 def _of_quantity(
     points: xr.Dataset, name: str, judgements: Sequence[Judgement], shots: Sequence[MeasuredShot]
 ) -> QuantityOpening | None:
-    values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
-    told = np.isfinite(values) & ~is_made_by_mesh(points, name)
-    if not told.any():
+    computed = computed_of(points, name)
+    if not computed:
         return None
-    places = places_of(points)
-    computed = [
-        Computed(places[number], float(values[number]), finite(float(bars[number]))) for number in np.flatnonzero(told)
-    ]
-    flagged = sum(bool(flags) for flags, is_told in zip(doubts_at(points, name), told, strict=True) if is_told)
-    count, bar = len(computed), _largest_bar(computed)
+    count, bar, flagged = len(computed), _largest_bar(computed), sum(each.flagged for each in computed)
     axes = {axis for axis in axes_of(points) if len({each.at[axis] for each in computed}) > 1}
     if len(axes) > 1 or count > MOST_LISTED:
-        computed = [pick(computed, key=lambda each: each.value) for pick in (min, max)]
+        computed = [*ends_of(computed)]
     mine = [each for each in judgements if each.quantity == name]
-    place = next((shot.point for shot in shots[:1]), {})
     laws = nearest(mine, "simulation")
-    given = [(law.name, at) for law in laws for at in law.points if at.at == place and not at.outside and at.law]
     return QuantityOpening(
         quantity=name,
         unit=str(points[name].attrs["units"]),
@@ -130,9 +130,33 @@ def _of_quantity(
         laws=tuple(laws),
         has_laws=any(each.reference == "simulation" and not each.drawn_only for each in mine),
         shots=tuple(shots),
-        at_shot=tuple(at for _, at in given),
-        named=tuple(law for law, _ in given),
+        at_shot=tuple(each for shot in shots[:1] for each in _given(laws, shot)),
     )
+
+
+def _given(laws: Sequence[Judgement], shot: MeasuredShot) -> Iterator[Given]:
+    low, high = shot.ends
+    for law in laws:
+        for at in law.points:
+            if at.at == shot.point and at.law and not at.outside:
+                yield Given(law.name, at.law, low <= at.law <= high)
+
+
+def computed_of(points: xr.Dataset, name: str) -> list[Computed]:
+    """The value of a quantity at each point that has one, without those that are no answer."""
+    values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
+    told = np.isfinite(values) & ~is_made_by_mesh(points, name)
+    columns = zip(places_of(points), values, bars, doubts_at(points, name), told, strict=True)
+    return [
+        Computed(at, float(value), finite(float(bar)), bool(flags))
+        for at, value, bar, flags, is_told in columns
+        if is_told
+    ]
+
+
+def ends_of(computed: Sequence[Computed]) -> tuple[Computed, Computed]:
+    """The smallest and the largest value."""
+    return min(computed, key=lambda each: each.value), max(computed, key=lambda each: each.value)
 
 
 def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
@@ -182,11 +206,9 @@ def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
 
 def _barred(each: Computed, unit: str) -> str:
     """ "14.2 ± 1.0"."""
-    factor = display_of(unit).factor
     if not each.bar:
         return size(each.value, unit)
-    places = min(max(0, 1 - math.floor(math.log10(float(f"{each.bar * factor:.1e}")))), 4)
-    return f"{decimals(each.value * factor, places)} ± {decimals(each.bar * factor, places)}"
+    return f"{printed_beside(each.value, unit, each.bar)} ± {printed_beside(each.bar, unit, each.bar)}"
 
 
 def _measured(shot: MeasuredShot) -> str:
@@ -199,44 +221,15 @@ def _measured(shot: MeasuredShot) -> str:
     return f"{size(shot.lower, shot.unit)} to {size(shot.upper, shot.unit)}"
 
 
-def _ends(low: float, high: float) -> str:
-    """Differences with their signs: "−7 to +4 %", "−10 %"."""
-    ends = [f"{'+' if end > 0.0 else MINUS if end < 0.0 else ''}{share(abs(end))}" for end in (low, high)]
-    bare = [end.removesuffix(f"{NARROW_SPACE}%") for end in ends]
-    return ends[0] if ends[0] == ends[1] else f"{bare[0]} to {ends[1]}"
-
-
 def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
     """The smallest and the largest difference of the simulation from measured values."""
     off = [shot.simulation / shot.value - 1.0 for shot in shots if shot.value and shot.simulation is not None]
     return (min(off), max(off)) if off else None
 
 
-def _reaching(each: QuantityOpening) -> list[tuple[str, float]]:
-    """The laws in their range that give what was measured in the one shot."""
-    low, high = each.shots[0].ends
-    return [
-        (name, at.law) for name, at in zip(each.named, each.at_shot, strict=True) if at.law and low <= at.law <= high
-    ]
-
-
-def _missing(each: QuantityOpening) -> list[float]:
-    """What the laws give that miss the one shot."""
-    low, high = each.shots[0].ends
-    return [at.law for at in each.at_shot if at.law and not low <= at.law <= high]
-
-
 @cache
 def _template() -> Template:
     environment = text_environment()
-    filters: dict[str, Any] = {
-        "barred": _barred,
-        "measured": _measured,
-        "ends": lambda ends: _ends(*ends),
-        "simulated": _simulated,
-        "reaching": _reaching,
-        "missing": _missing,
-    }
+    filters: dict[str, Any] = {"barred": _barred, "measured": _measured, "simulated": _simulated}
     environment.filters.update(filters)
-    environment.globals["words_of"] = DOUBTS
     return environment.get_template("headline.txt")

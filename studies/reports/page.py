@@ -8,12 +8,11 @@ number its value in full.
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from importlib.resources import files as resources
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from studies.materials.schema import CONFIDENCES
@@ -31,46 +30,19 @@ from studies.quantities.display import (
 from studies.quantities.measured import flags_in_words
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
-from studies.reports.drawing.sketches import growth_sketch, setup_sketch
+from studies.reports.drawing.sketches import setup_sketch
 from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
 from studies.reports.view import spread
-from studies.reports.words import DOUBTS
+from studies.reports.wording import environment_of, source_of
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
-MOST_REASONS = 4  # of a law, in its row
-MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand on the appendix
+MOST_LAWS = 8  # rows of the first screen; all laws stand on the appendix
 MOST_FIRST = 2  # sections on the first screen
-MOST_FURTHER_LAWS = 5  # of each further quantity
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
-MOST_ACCURACIES = 24  # rows of the table of accuracy, of all quantities
-MOST_RANGES = 12  # quantities with smallest and largest value
-MOST_VALUES = 12  # of an axis, that are listed
 MOST_FURTHER, MOST_FURTHER_PANELS = 4, 12  # figures beside the first, and their panels
-MOST_PICTURES = 6
-# Words for the codes of a document, by the code.
-REASONS = {
-    "outside": "outside its range",
-    "other_material": "for another material",
-    "no_answer": "it has no answer",
-    "flagged": "every value is flagged",
-    "fitted": "a constant of it is fitted to the shot",
-    "no_bar": "an error is unknown",
-}
-POINT_WORDS = {"within": "within the bars", "low": "low", "high": "high", "not_comparable": "not comparable"}
-NOT_CHECKED = {
-    "doubtful_shots": "shots whose source nobody here read",
-    "mesh": "points whose mesh error is unknown",
-    "definition": "points for which nobody assessed what another definition of the measure would change",
-    "models": "points for which nobody assessed what other material data and models would change",
-    "other_alloy": "what other material data and models change is that of another alloy",
-    "distant_models": "what other material data and models change was measured at other speeds or plates",
-    "scatter": "the sources of the laws publish no scatter",
-    "flagged": "points with a flag, drawn open, with which nothing is compared",
-    "recalled": "equations recalled and compared with independent numbers; nobody here read the paper",
-}
 
 
 class Node:
@@ -148,7 +120,9 @@ def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> 
     """
     every = [figure_of(each) for each in report["figures"]]
     opening = next((number for number, figure in enumerate(every) if _says(figure)), None)
-    ratio = None if opening is None else _ratio_of(every, every[opening])
+    names = [figure.name for figure in every]
+    ratio_name = "" if opening is None else f"{names[opening]}_ratio"
+    ratio = names.index(ratio_name) if ratio_name in names else None
     # The first figure again where the first screen does not show all of its panels.
     further = _further(every, opening)
     shown = [section for section in sections() if section.template and section.name in report]
@@ -206,16 +180,11 @@ def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path
         .render(
             report=Node(report),
             draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
-            script=Markup(_file("report.js")),
-            style=Markup(_file("report.css")),
+            script=Markup(source_of("report.js")),
+            style=Markup(source_of("report.css")),
             **shown,
         )
     )
-
-
-def _ratio_of(figures: Sequence[Figure], opening: Figure) -> int | None:
-    """The number of the same figure over the diameter of the projectile; None where there is none."""
-    return next((number for number, figure in enumerate(figures) if figure.name == f"{opening.name}_ratio"), None)
 
 
 def figure_of(plain_figure: dict[str, Any]) -> Figure:
@@ -292,17 +261,9 @@ def _compared_laws(judgements: Node) -> list[str]:
 
 @cache
 def environment() -> Environment:
-    environment = Environment(
-        loader=FunctionLoader(_file),
-        # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
-        bytecode_cache=FileSystemBytecodeCache(),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=_only_marked,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.tests["is_observation"] = lambda reference: bare(reference) == "observation"
+    environment = environment_of(is_html=True)
+    environment.finalize = _only_marked
+    environment.tests["is"] = lambda node, other: bare(node) == bare(other)
     environment.filters.update(
         bare=bare,
         number=number,
@@ -313,54 +274,23 @@ def environment() -> Environment:
         heading=_heading,
         unit=lambda unit: display_of(bare(unit)).unit,
         flag=lambda name: flags_in_words([bare(name)])[0],
-        plain_kind=lambda kind: kind.removesuffix("_residual"),
         keys=lambda node: list(bare(node)),
-        main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
-        evenly=lambda rows, most: spread(list(rows), most),
+        evenly=lambda rows, most=MOST_POINTS: spread(list(rows), most),
         compared_laws=_compared_laws,
-        finest_ones=lambda runs: [run for run in runs if bare(run.finest) and not bare(run.missing)],
         troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
         is_round_off=lambda value: is_round_off(bare(value)),
-        both_round_off=lambda each: all(
-            not bare(end) or is_round_off(bare(end)) for end in (each.smallest, each.largest)
-        ),
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
-        of_quantity=lambda laws, name: [law for law in laws if bare(law.quantity) == bare(name)],
         quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
-        some_reasons=lambda reasons: list(islice(reasons, MOST_REASONS)),
         # Above a table that does not show all rows.
         cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",
         thumbnails=_thumbnails,
-        coarser=lambda runs: [run for run in runs if not bare(run.finest)],
-        ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],
-        debris=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "debris"],
     )
     environment.globals.update(
         mesh_unknown=MESH_UNKNOWN,
-        most_laws=MOST_LAWS,
-        most_shots=MOST_SHOTS,
-        most_further_laws=MOST_FURTHER_LAWS,
-        most_points=MOST_POINTS,
-        most_accuracies=MOST_ACCURACIES,
-        most_ranges=MOST_RANGES,
-        most_pictures=MOST_PICTURES,
-        most_values=MOST_VALUES,
-        reasons=REASONS,
-        doubts=DOUBTS,
-        point_words=POINT_WORDS,
-        not_checked=NOT_CHECKED,
         confidences=CONFIDENCES,
         setup=lambda document: setup_sketch(bare(document)),
-        growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
         colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
     )
     return environment
-
-
-@cache
-def _file(name: str) -> str:
-    """A template of reports, or of a feature: "package:file"."""
-    package, _, file = name.rpartition(":")
-    return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")

@@ -20,10 +20,10 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed, printed_in
-from studies.reports.sections.pictures import Frame, Growth, History, Length, Picture, PicturedRun, Pictures
+from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
+from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures, rounded_up
 from studies.reports.setup import setup_of, upward
-from studies.reports.view import judged_window, spread, title_of
+from studies.reports.view import spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
@@ -92,7 +92,6 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
                 missing=run.missing or None,
                 full=is_full,
                 finest=run.number in finest,
-                growth=_growth(dataset, run) if is_full else None,
                 pictures=tuple(_pictures(run, frames, limits, sign=sign, full=is_full)),
             )
         )
@@ -255,38 +254,6 @@ def _why_missing(sections: Sections, asked: float) -> str:
     return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
 
 
-def _growth(dataset: xr.Dataset, run: Shown) -> Growth | None:
-    """The histories of what a run's pictures show, and the last window, in which growth was judged."""
-    lines = []
-    for name in run.lengths:
-        if cubes.HISTORY.is_in(dataset, name):
-            rows = (cubes.HISTORY_TIME, cubes.HISTORY)
-            time, value = (
-                variable.of(dataset, name).values.reshape(dataset.run_state.size, -1)[run.number] for variable in rows
-            )
-            kept = np.isfinite(time)
-            lines.append(
-                History(
-                    name,
-                    name.replace("_", " "),
-                    tuple(time[kept].tolist()),
-                    tuple(v if math.isfinite(v) else None for v in value[kept].tolist()),
-                )
-            )
-    lines = [each for each in lines if len(each.time) > 1]
-    if not lines:
-        return None
-    shown = judged_window(dataset, run.number, max(each.time[-1] for each in lines))
-    labels = " and ".join(each.label for each in lines)
-    alt = f"Growth of {labels} during the run"
-    if shown:
-        alt += (
-            f"; shaded: the last {printed_in(shown[1] - shown[0], 's')} {display_of('s').unit}, "
-            "in which growth decides whether they have settled"
-        )
-    return Growth(tuple(lines), shown, f"{alt}.")
-
-
 # ---- frames and colours --------------------------------------------------------------------------
 
 
@@ -376,18 +343,3 @@ def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[
         low = math.floor(float(min(low[1] for low in lows)) / step) * step
         return (low, max(math.ceil(high / step), low / step + 1.0) * step)
     return (0.0, rounded_up(high))
-
-
-def rounded_up(value: float) -> float:
-    """The next number at or above a value that reads well; 1 for what is not above 0.
-
-    >>> rounded_up(0.83), rounded_up(2.1), rounded_up(4.1e9), rounded_up(0.0)
-    (1.0, 2.5, 5000000000.0, 1.0)
-    """
-    if value <= 0.0:
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(value))
-    step = next(
-        step for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0) if step * power >= value * 0.999
-    )
-    return float(f"{step * power:.12g}")

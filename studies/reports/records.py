@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
+from studies.laws import RangeStatus
+
 Place = Mapping[str, float | str]  # axis -> value, SI
 Reference = Literal["simulation", "observation"]
 
@@ -39,10 +41,18 @@ class PointJudgement:
     reference: float | None
     difference: float | None  # over the reference
     bar: float | None  # joint uncertainty over the reference; None where it is no test
-    outcome: Outcome
-    outside: str  # why it is outside the range of the law
-    unjudged: str  # why the reference judges nothing
+    outcome: Outcome  # of nothing where there is no such bar
+    status: RangeStatus  # how the law's answer stands to its range
+    outside: str  # why it is outside the range of the law, or the law has no answer
+    unjudged: str  # why the reference judges nothing: no value, or a flag
     hangs_on: tuple[str, ...]  # failures that alone decide whether the law agrees
+
+    @property
+    def state(self) -> Literal["judged", "outside", "unjudged"]:
+        """Whether the law is compared here."""
+        if self.status not in (RangeStatus.INSIDE, RangeStatus.FITTED):
+            return "outside"
+        return "unjudged" if self.unjudged else "judged"
 
 
 @dataclass(frozen=True)
@@ -87,21 +97,18 @@ class Doubt(StrEnum):
 
 
 @dataclass(frozen=True)
-class MeasuredShot:
-    """A measured shot beside the nearest point of a sweep, in SI."""
+class Shot:
+    """A measured value of a quantity as its source states it, in SI."""
 
     quantity: str
     unit: str
-    at: Place  # the parameters that the shot states
-    point: Place  # the axes of the nearest point
+    at: Place  # the parameters that it states
     value: float | None  # None of a range
     uncertainty: float | None
     lower: float | None  # of a range; None where it is open
     upper: float | None
     source: str
-    doubts: tuple[Doubt, ...]
-    simulation: float | None  # between the points; None beyond the axes
-    simulation_bar: float | None
+    confidence: str  # one of ``studies.materials.schema.CONFIDENCES``
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -109,6 +116,39 @@ class MeasuredShot:
         if self.value is not None:
             return self.value, self.value
         return self.lower or 0.0, math.inf if self.upper is None else self.upper
+
+
+@dataclass(frozen=True)
+class MeasuredShot(Shot):
+    """A measured shot beside the nearest point of a sweep."""
+
+    point: Place  # the axes of that point
+    doubts: tuple[Doubt, ...]
+    simulation: float | None  # between the points; None beyond the axes
+    simulation_bar: float | None
+
+
+class Where(StrEnum):
+    """Where a shot lies among the runs of a sweep."""
+
+    AMONG = "among"  # at a run or between runs, with or without a value there
+    BEYOND_AXES = "beyond_axes"
+    ELSEWHERE = "elsewhere"  # it is of another set-up than any run
+    UNKNOWN = "unknown"  # it does not state an axis, or no run has its parameters
+
+
+@dataclass(frozen=True)
+class MatchedObservation(Shot):
+    """A shot of a sweep's own table, with what the simulation gives for it."""
+
+    observation: int  # row of the table
+    diameter: float | None  # of the equivalent sphere, m
+    simulation: float | None
+    simulation_uncertainty: float | None  # between runs with the interpolation's part
+    how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+    where: Where
+    # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
+    is_alike: bool
 
 
 class Code(StrEnum):
@@ -135,3 +175,11 @@ class Unchecked:
     of: int = 0
     names: tuple[str, ...] = ()  # alloys, flags or laws
     factor: float = 1.0  # by which points are outside of where models were varied
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A quantity that several versions of its definition measured: nothing is compared with it."""
+
+    quantity: str
+    versions: tuple[int, ...]

@@ -1,9 +1,9 @@
 """The measured shots that a point of a sweep repeats: those that the sweep brought, and those that ship."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
@@ -16,46 +16,19 @@ from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.observations import UNKNOWN_ALLOY, Observation
 from studies.quantities.findings import InvalidInput
-from studies.quantities.parameters import Value
 from studies.reports.evidence import FIRST_HAND
-from studies.reports.matched import MatchedObservation, interpolate
-from studies.reports.records import Doubt, MeasuredShot
+from studies.reports.matched import interpolate
+from studies.reports.records import Doubt, MeasuredShot, Shot
 from studies.sweeps.reading import published_shots
 
 NEAR = 0.10  # relative: a shot is like a point where no number that both state differs by more
 
 
-@dataclass(frozen=True)
-class _Shot:
-    at: Place
-    value: float | None
-    uncertainty: float | None
-    lower: float | None
-    upper: float | None
-    source: str
-    confidence: str
-
-
-def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservation]) -> Iterator[MeasuredShot]:
+def measured_shots(points: xr.Dataset, name: str, own: Iterable[Shot]) -> Iterator[MeasuredShot]:
     """The shots of a quantity that are like a point; each once. A shot that does not state an axis is like none."""
-    shots = [
-        *(
-            _Shot(each.at, each.value, each.uncertainty, each.lower, each.upper, each.source, each.confidence)
-            for each in own
-            if each.quantity == name
-        ),
-        *(
-            _Shot(
-                _plain(each.parameters),
-                each.value,
-                each.uncertainty,
-                *(each.bounds or (None, None)),
-                each.source,
-                each.confidence,
-            )
-            for each in _shipped(str(points.attrs["scenario"]), name)
-        ),
-    ]
+    unit = str(points[name].attrs["units"])
+    shots = [shot for shot in own if shot.quantity == name]
+    shots += [_of_table(each, unit) for each in _shipped(str(points.attrs["scenario"]), name)]
     columns = {key: by_run(points, key) for shot in shots for key in shot.at if key in points}
     needed = {axis for axis in axes_of(points) if axis in columns}
     barred = points.assign({cubes.UNCERTAINTY.named(name): error_bars(points, name)})
@@ -70,20 +43,21 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservati
         if shot.confidence not in FIRST_HAND:
             doubts = (*doubts, Doubt.SECOND_HAND)
         value, bar, *_ = interpolate(barred, name, {**places[number], **_numbers(shot.at, places[number])})
+        stated = {field.name: getattr(shot, field.name) for field in fields(Shot)}
         yield MeasuredShot(
-            quantity=name,
-            unit=points[name].attrs["units"],
-            at=shot.at,
-            point=places[number],
-            value=shot.value,
-            uncertainty=shot.uncertainty,
-            lower=shot.lower,
-            upper=shot.upper,
-            source=shot.source,
-            doubts=doubts,
-            simulation=finite(value),
-            simulation_bar=finite(bar),
+            **stated, point=places[number], doubts=doubts, simulation=finite(value), simulation_bar=finite(bar)
         )
+
+
+def _of_table(shot: Observation, unit: str) -> Shot:
+    """A shot that ships, with texts and numbers of its parameters by the names of the cube."""
+    at = {
+        variable_name(key): value if isinstance(value, str) else float(value)
+        for key, value in shot.parameters.items()
+        if isinstance(value, str | float)
+    }
+    bounds = shot.bounds or (None, None)
+    return Shot(shot.quantity, unit, at, shot.value, shot.uncertainty, *bounds, shot.source, shot.confidence)
 
 
 def _rounded(at: Place) -> Iterator[tuple[str, float]]:
@@ -94,15 +68,6 @@ def _rounded(at: Place) -> Iterator[tuple[str, float]]:
 def _numbers(at: Place, axes: Place) -> dict[str, float]:
     """What a shot states of the axes that are numbers."""
     return {key: value for key, value in at.items() if key in axes and isinstance(value, float)}
-
-
-def _plain(parameters: Mapping[str, Value]) -> dict[str, float | str]:
-    """Texts and numbers of a shot, by the names of the cube."""
-    return {
-        variable_name(key): value if isinstance(value, str) else float(value)
-        for key, value in parameters.items()
-        if isinstance(value, str | float)
-    }
 
 
 @cache

@@ -1,6 +1,5 @@
 """A cube as figures look at it: points in a row, an abscissa, and panels."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -10,16 +9,16 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
+from studies.cubes.points import axes_of, by_run, error_bars, mesh_part, places_of, simulated_values
 from studies.cubes.variable import Variable
 from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
 from studies.reports.figure import Scale
 from studies.reports.records import Place
-from studies.sweeps.reading import OFFSET, RESOLUTION
+from studies.reports.wording import words
+from studies.sweeps.reading import RESOLUTION
 
 MOST_PANELS = 6  # panels of a figure; further panels are in the cube
-WINDOW = "settled_window"  # the parameter: time over which growth is judged
 MOST_POINTS = 150  # in curves; more, over two axes of numbers, are maps
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 
@@ -59,10 +58,6 @@ class FigureView:
         """Measured values of each point; NaN where no run succeeded."""
         return simulated_values(self.dataset, name).ravel()
 
-    def compared(self, name: str) -> np.ndarray:
-        """Measured values of each point with which laws are compared; NaN elsewhere."""
-        return comparable(self.dataset, name).values.ravel()
-
     def error_bars(self, name: str) -> np.ndarray:
         """Error bars (points,); NaN where the mesh error is unknown."""
         return error_bars(self.dataset, name).values.ravel()
@@ -72,22 +67,11 @@ class FigureView:
         """Parameters over which each point was computed several times: resolution, offset, or neither."""
         return str(self.dataset.attrs["refinements"]).split()
 
-    @property
-    def over_resolutions(self) -> bool:
-        return RESOLUTION in self.refinements
-
-    @property
-    def over_offsets(self) -> bool:
-        return OFFSET in self.refinements
-
     def is_open(self, name: str) -> np.ndarray:
         """Whether a point (points,) is drawn open: it carries a flag, or resolutions tell no mesh error."""
-        own = reading.doubts(cubes.FLAGS.of(self.dataset, name)).values.ravel()
-        flags = self.flat(cubes.FLAGS_OF_RUN) | own
-        flagged: np.ndarray = flags != 0
-        if not self.over_resolutions:
-            return flagged
-        return flagged | np.isnan(mesh_part(self.dataset, name)).ravel()
+        flags = self.flat(cubes.FLAGS_OF_RUN) | reading.doubts(cubes.FLAGS.of(self.dataset, name)).values.ravel()
+        unknown = np.isnan(mesh_part(self.dataset, name)).ravel()
+        return (flags != 0) | (unknown & (RESOLUTION in self.refinements))
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
@@ -107,7 +91,7 @@ class FigureView:
 
     def scale_of(self, name: str) -> Scale:
         """A quantity over the projectile's diameter where that makes sense, else in its own unit."""
-        label = name.replace("_", " ")
+        label = words(name)
         if self.normed(name):
             return Scale("ratio", f"{label} / projectile diameter", "1")
         return Scale(name, label, self.dataset[name].attrs["units"])
@@ -139,7 +123,7 @@ def view_of(dataset: xr.Dataset, abscissa: str = "") -> FigureView:
     has_diameter = cubes.EQUIVALENT_DIAMETER.is_in(dataset)
     return FigureView(
         dataset,
-        Scale(name, name.replace("_", " "), dataset[name].attrs.get("units")),
+        Scale(name, words(name), dataset[name].attrs.get("units")),
         tuple(place[name] for place in places),
         by_run(dataset, "equivalent_diameter") if has_diameter else np.full(len(places), np.nan),
         shown,
@@ -158,15 +142,21 @@ def second_axis(view: FigureView) -> Scale | None:
     if len(view.x) <= MOST_POINTS or view.abscissa.unit is None or max(counts.values(), default=1) < 2:
         return None
     name = max(counts, key=lambda axis: counts[axis])
-    return Scale(name, name.replace("_", " "), dataset[name].attrs.get("units"))
+    return Scale(name, words(name), dataset[name].attrs.get("units"))
+
+
+def groups_of(places: Sequence[Place], axes: Sequence[str]) -> dict[tuple[float | str, ...], list[int]]:
+    """The numbers of the points that share their values of some axes, by these."""
+    groups: dict[tuple[float | str, ...], list[int]] = {}
+    for cell, place in enumerate(places):
+        groups.setdefault(tuple(place[axis] for axis in axes), []).append(cell)
+    return groups
 
 
 def _slices(dataset: xr.Dataset, places: Sequence[Place], abscissa: str) -> list[Slice]:
     """The points that share every axis but the abscissa; all of them where hardly two share anything."""
     others = [axis for axis in axes_of(dataset) if axis != abscissa]
-    groups: dict[tuple[float | str, ...], list[int]] = {}
-    for cell, place in enumerate(places):
-        groups.setdefault(tuple(place[axis] for axis in others), []).append(cell)
+    groups = groups_of(places, others)
     if "run" in dataset.dims and 2 * len(groups) > len(places):
         groups = {(): list(range(len(places)))}
     connected = len(groups) > 1 or not others
@@ -179,21 +169,14 @@ def _slices(dataset: xr.Dataset, places: Sequence[Place], abscissa: str) -> list
     return slices
 
 
-def judged_window(dataset: xr.Dataset, number: int, end: float) -> tuple[float, float] | None:
-    """The time (s) before the end of a run in which growth is judged; None where the cube states none."""
-    if WINDOW not in dataset:
-        return None
-    length = float(by_run(dataset, WINDOW)[number])
-    return (max(0.0, end - length), end) if math.isfinite(length) else None
-
-
 def title_of(dataset: xr.Dataset, at: Place) -> str:
     """A place in words: "plate thickness 2 mm, target al-6061-t6"."""
-    return ", ".join(
-        f"{axis.replace('_', ' ')} "
-        + (value if isinstance(value, str) else readable(value, dataset[axis].attrs["units"]))
-        for axis, value in at.items()
-    )
+    return ", ".join(f"{words(axis)} {told(value, dataset[axis].attrs.get('units'))}" for axis, value in at.items())
+
+
+def told(value: float | str, unit: str | None) -> str:
+    """A value of an axis in words: "2 mm"."""
+    return value if isinstance(value, str) else readable(value, unit or "1")
 
 
 def spread(items: Sequence[Item], most: int) -> tuple[Item, ...]:

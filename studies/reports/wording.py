@@ -7,15 +7,26 @@ from functools import cache
 from importlib.resources import files as resources
 from typing import TYPE_CHECKING, TypeAlias
 
-from jinja2 import Environment, FunctionLoader, StrictUndefined, Template
+from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined, Template
 
-from studies.quantities.display import decimals, digits, display_alone, display_of, duration, percent
+from studies.quantities.display import (
+    MESH_UNKNOWN,
+    MINUS,
+    NARROW_SPACE,
+    decimals,
+    digits,
+    display_alone,
+    display_of,
+    duration,
+    percent,
+    printed_in,
+)
 from studies.quantities.units import readable
-from studies.reports.words import MOST_WORDS, capital, number_of, share, spanned, unit_of, words
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+MOST_WORDS = 30  # of a headline
 FORMS = 6  # of a headline, from the longest to the shortest
 COUNTS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 Told: TypeAlias = "DataclassInstance | Callable[..., str] | Mapping[str, str | None] | int | None"
@@ -35,7 +46,8 @@ def in_words(template: Template, **told: Told) -> str:
     """A text by a template, on one line."""
     # Narrow spaces stay: they hold a number and its unit together.
     text = re.sub(r"[ \n]+", " ", template.render(**told)).strip()
-    return capital(re.sub(r" ([,.;:])", r"\1", text))
+    text = re.sub(r" ([,.;:])", r"\1", text)
+    return text[:1].upper() + text[1:]
 
 
 @cache
@@ -44,19 +56,31 @@ def text_template(name: str) -> Template:
     return text_environment().get_template(name)
 
 
+def environment_of(*, is_html: bool) -> Environment:
+    """How templates are read and rendered."""
+    return Environment(
+        loader=FunctionLoader(source_of),
+        # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
+        bytecode_cache=FileSystemBytecodeCache() if is_html else None,
+        autoescape=is_html,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
 def text_environment() -> Environment:
     """What templates of plain text share; a caller may add filters."""
-    environment = Environment(
-        loader=FunctionLoader(_source), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = environment_of(is_html=False)
+    environment.globals["mesh_unknown"] = MESH_UNKNOWN
     environment.filters.update(
         size=size,
         digits=lambda value, unit: digits(value * display_of(unit).factor),
         share=share,
+        ends=lambda ends: signed(*ends),
         unit=lambda unit: display_of(unit).unit,
         duration=duration,
         words=words,
-        capital=capital,
         counted=lambda count: COUNTS[count] if count < len(COUNTS) else digits(count),
         told=lambda value, unit: value if isinstance(value, str) else readable(float(f"{value:.3g}"), unit or "1"),
         span=lambda ends, unit: spanned(*(number_of(end, unit) for end in ends)) + unit_of(unit),
@@ -84,6 +108,55 @@ def number_beside(value: float, other: float, unit: str) -> str:
     return digits(value * display_alone(other, unit).factor)
 
 
-def _source(name: str) -> str:
+@cache
+def source_of(name: str) -> str:
+    """A template of reports, or of a feature: "package:file"."""
     package, _, file = name.rpartition(":")
     return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")
+
+
+# ---- numbers and names ----------------------------------------------------------------------------
+
+
+def share(size: float) -> str:
+    """A share in per cent: "6 %", "0.4 %".
+
+    >>> share(0.0601), share(0.004)
+    ('6\u202f%', '0.4\u202f%')
+    """
+    return f"{decimals(100.0 * size, 0 if size >= 0.01 else 1).removesuffix('.0')}{NARROW_SPACE}%"
+
+
+def signed(low: float, high: float) -> str:
+    """Differences with their signs.
+
+    >>> signed(-0.07, 0.04), signed(-0.1, -0.1), signed(-0.0003, 0.009)
+    ('−7 to +4\u202f%', '−10\u202f%', '0 to +0.9\u202f%')
+    """
+    ends = ((end, share(abs(end))) for end in (low, high))
+    told = [text if text == share(0.0) else f"{'+' if end > 0.0 else MINUS}{text}" for end, text in ends]
+    return told[0] if told[0] == told[1] else f"{told[0].removesuffix(f'{NARROW_SPACE}%')} to {told[1]}"
+
+
+def number_of(value: float | str, unit: str | None) -> str:
+    return value if isinstance(value, str) else printed_in(value, unit)
+
+
+def unit_of(unit: str | None) -> str:
+    name = display_of(unit).unit
+    return f" {name}" if name else ""
+
+
+def words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def spanned(low: str, high: str) -> str:
+    """Two printed numbers as a range: "2-7", and one where they are the same.
+
+    >>> spanned("2", "7"), spanned("6", "6"), spanned("−1", "2")
+    ('2-7', '6', '−1 to 2')
+    """
+    if low == high:
+        return low
+    return f"{low} to {high}" if "−" in low + high else f"{low}-{high}"

@@ -10,11 +10,10 @@ from studies.laws import Shot
 from studies.observations.shields.shots import published
 from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
-from studies.reports.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
 from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.wording import in_words, text_template
-from studies.reports.words import joined
+from studies.shields.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.shields.limit import DIAMETER, shots_at
 from studies.shields.section import ShieldLimit
 
@@ -68,7 +67,7 @@ def _caption(is_cut: bool, shots: Sequence[Shot]) -> str:
     ]
     if known:
         sentences.append(
-            f"Lines: equations, dotted outside their range; yield stress of the wall: {joined(list(known))}. Circles: "
+            f"Lines: equations, dotted outside their range; yield stress of the wall: {', '.join(known)}. Circles: "
             f"those of {len(published().shots)} published shots that are on shields like this one, at any speed: ln "
             "ratios of bumper, wall, space, densities and the wall's yield stress, and the angle in rad, have a root "
             f"of the sum of squares of at most {LIKE:g}."

@@ -14,12 +14,12 @@ from studies.cubes.points import Place, axes_of, by_run, places_of, plain, simul
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
 from studies.observations.shields.answers import SHORT
+from studies.outcomes.shots import WALL, failures_found_at, normal_speeds
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import doubting_flags
 from studies.reports.evidence import LawAnswers, answers_of
 from studies.reports.judgement import beginning
 from studies.reports.records import Outcome
-from studies.reports.sections._outcomes import WALL, failures_found_at, normal_speeds
 from studies.shields.section import Equation, Incomparable, ShieldLimit, WallRun
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of

@@ -7,11 +7,11 @@ from typing import Literal
 from studies.cubes.points import Place, axes_of, refinements_of
 from studies.laws import Shot
 from studies.observations.shields import answers
-from studies.reports.curves import like_shields
+from studies.outcomes.shots import OF_MODEL
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
-from studies.reports.sections._outcomes import OF_MODEL
 from studies.reports.wording import text_template, worded
+from studies.shields.curves import like_shields
 from studies.shields.figure import shield_figure
 from studies.shields.limit import shield_limits, shots_at, shots_of
 from studies.shields.probability import shot_of, with_chances

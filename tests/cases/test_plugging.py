@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from studies.cases.rows import Row, at_most, equal, relative
-from studies.reports.sections._residual_velocity import fitted_curve
-from studies.reports.sections.residual_velocity import FittedConstant
+from studies.plugs.curve import fitted_curve
+from studies.plugs.section import FittedConstant
 from studies.runs.results import RunResult
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
 from tests.cases.cubes import result_of

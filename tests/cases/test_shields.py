@@ -23,8 +23,8 @@ from studies import materials, measurements
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.cubes import cube
 from studies.measurements.wall import wall_of
+from studies.outcomes.shots import outcomes_of
 from studies.quantities.findings import InvalidInput
-from studies.reports.sections._outcomes import outcomes_of
 from studies.runs.execution import execute
 from studies.runs.remeasure import remeasure
 from studies.runs.results import RunControl, RunResult

@@ -15,13 +15,13 @@ from service.api.reading import AnsweredForm, answered_form
 from service.api.routes.dependencies import read_content
 from service.records.jobs import KEY_VARIABLE
 from studies import materials
+from studies.answers import EXAMPLE
+from studies.answers.question import PLATE, ShotParameters
 from studies.observations.shields.drawn import FAST, beside_held, failures_found
 from studies.observations.shields.shots import published
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import declared
-from studies.reports.answers import EXAMPLE
-from studies.reports.answers.question import PLATE, ShotParameters
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)

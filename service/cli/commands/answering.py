@@ -16,8 +16,8 @@ from studies.quantities.units import readable
 from studies.sweeps.document import read_sweep_file, read_yaml, text_of
 
 if TYPE_CHECKING:
-    from studies.reports.answers.answer import ShotAnswer
-    from studies.reports.answers.question import Question
+    from studies.answers.answer import ShotAnswer
+    from studies.answers.question import Question
 
 app = typer.Typer()
 
@@ -73,7 +73,7 @@ def _shown(value: Any, unit: str) -> str:
 
 def _one_shield(at: Path) -> Any:
     """The shot at the shield of a file; raises InvalidInput where it asks about something else."""
-    from studies.reports.answers.question import read_question
+    from studies.answers.question import read_question
 
     question = read_question(read_sweep_file(at))
     if question.target != "shield" or question.axes:
@@ -85,8 +85,8 @@ def _one_shield(at: Path) -> Any:
 
 def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
-    from studies.reports.answers.answer import answers, document
-    from studies.reports.answers.question import as_shot, read_question
+    from studies.answers.answer import answers, document
+    from studies.answers.question import as_shot, read_question
 
     question = read_question({**(as_shot(read_sweep_file(at)) if at else {}), **given})
     if out is not None:
@@ -103,12 +103,12 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
 
 def _write(question: "Question", out: Path) -> Path:
     """The answer as a file, by the ending of its name; raises InvalidInput."""
-    from studies.reports.answers.answer import answers
+    from studies.answers.answer import answers
 
     if not out.parent.is_dir():
         raise refusal("--out", str(out), "a file in a folder that exists", f"create the folder {out.parent}")
     if out.suffix == ".nc":
-        from studies.reports.answers.cube import netcdf
+        from studies.answers.cube import netcdf
 
         content = netcdf(question)
         return write_atomically(out, lambda file: file.write_bytes(content))
@@ -117,8 +117,9 @@ def _write(question: "Question", out: Path) -> Path:
     if question.axes:
         cure = "write laws.nc, or give each parameter one value"
         raise refusal("--out", str(out), "a page or a picture of one shot", cure)
-    from studies.reports.answers.page import page
-    from studies.reports.answers.picture import draw, picture
+    from studies.answers.page import page
+    from studies.answers.picture import picture
+    from studies.reports.drawing.charts import draw
 
     [answer] = answers(question)
     shot = question.shot(question.fixed)
@@ -129,9 +130,9 @@ def _write(question: "Question", out: Path) -> Path:
 
 def print_example(page_file: Path) -> None:
     """Print what laws and shots say about the shield that ships, and write its page."""
-    from studies.reports.answers import EXAMPLE
-    from studies.reports.answers.answer import answers, shot_in_words
-    from studies.reports.answers.question import read_question
+    from studies.answers import EXAMPLE
+    from studies.answers.answer import answers, shot_in_words
+    from studies.answers.question import read_question
 
     question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
     [answer] = answers(question)
@@ -140,8 +141,8 @@ def print_example(page_file: Path) -> None:
 
 
 def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
-    from studies.reports.answers.question import ShotParameters
-    from studies.reports.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
+    from studies.answers.question import ShotParameters
+    from studies.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 
     if varied:
         units = {name: each.unit for name, each in declared(ShotParameters).items()}

@@ -8,7 +8,14 @@ import numpy as np
 from studies.cubes.points import Place
 from studies.laws.fitting.least_squares import linear
 from studies.quantities.display import display_of
-from studies.reports.evidence import AxisOfSweep
+
+
+@dataclass(frozen=True)
+class AxisOfSweep:
+    """The name of an axis of a sweep, and its unit."""
+
+    name: str
+    unit: str | None  # SI; None for text
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,11 @@ from studies import laws
 from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.rows import Row, equal, reported
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
-from studies.cases.validation._trends import Slope, trend_of
+from studies.cases.validation._trends import AxisOfSweep, Slope, trend_of
 from studies.cubes.points import points_of
 from studies.quantities.display import decimals, signed
-from studies.reports.evidence import AxisOfSweep, JudgedPoint, Outcome, Subject, evidence_of
+from studies.reports.judgement import judgements_of
+from studies.reports.records import Judgement, Outcome, PointJudgement
 
 QUANTITY = "hole_diameter"
 DIAMETER = 8e-3  # m
@@ -142,22 +143,22 @@ def _of_holes(series: HoleSeries) -> Iterator[Row]:
         yield reported(claim, max(changes))
 
 
-def _pooled(series: Sequence[HoleSeries]) -> list[Subject]:
+def _pooled(series: Sequence[HoleSeries]) -> list[Judgement]:
     """Each law against all holes of a material, with t/d beside the speed as an axis."""
-    pooled: dict[str, Subject] = {}
+    pooled: dict[str, Judgement] = {}
     for cube, ratio in ((cube, each.ratio) for each in series for cube in each.cubes):
-        (evidence,) = (evidence for evidence in evidence_of(points_of(cube), []) if evidence.quantity == QUANTITY)
-        for subject in evidence.subjects:
-            points = tuple(replace(point, at={"speed": point.at["speed"], RATIO: ratio}) for point in subject.points)
-            before = pooled.get(subject.name, replace(subject, points=()))
-            pooled[subject.name] = replace(before, points=before.points + points)
+        judgements, _ = judgements_of(points_of(cube), QUANTITY)
+        for each in sorted(judgements, key=lambda each: each.law):
+            points = tuple(replace(point, at={"speed": point.at["speed"], RATIO: ratio}) for point in each.points)
+            before = pooled.get(each.law, replace(each, points=()))
+            pooled[each.law] = replace(before, points=before.points + points)
     return list(pooled.values())
 
 
-def _of_law(material: str, subject: Subject) -> Row:
+def _of_law(material: str, subject: Judgement) -> Row:
     """A law beside all holes: mean residual, trends with their intervals, outcomes by points, limits of its range."""
     judged = [point for point in subject.points if point.state == "judged"]
-    residuals = np.array([point.residual for point in judged])
+    residuals = np.array([point.difference for point in judged], float)
     beside: dict[str, str] = {"n": f"{len(judged)} of {len(subject.points)}"}
     if subject.drawn_only:
         beside["drawn only"] = subject.drawn_only
@@ -171,7 +172,7 @@ def _of_law(material: str, subject: Subject) -> Row:
         reasons = Counter(getattr(each, state) for each in subject.points if each.state == state)
         if reasons:
             beside[f"{state}: {reasons.total()}"] = "; ".join(reason for reason, _ in reasons.most_common(MOST_REASONS))
-    claim = f"{material}: {subject.full_title}, mean of law minus hole (%)"
+    claim = f"{material}: {subject.title}, mean of law minus hole (%)"
     got = 100.0 * float(residuals.mean()) if judged else "no judged point"
     return Row(claim, "", got, None, others=beside)
 
@@ -206,11 +207,11 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
                 yield Picture(f"{name}-{material}", title, "speed (km/s)", y, drawn)
 
 
-def _mean_residuals(points: Sequence[JudgedPoint]) -> tuple[tuple[float, float, float], ...]:
+def _mean_residuals(points: Sequence[PointJudgement]) -> tuple[tuple[float, float, float], ...]:
     by_speed: dict[float, list[float]] = {}
     for point in points:
         if point.state == "judged":
-            by_speed.setdefault(float(point.at["speed"]), []).append(point.residual)
+            by_speed.setdefault(float(point.at["speed"]), []).append(point.difference or 0.0)
     return tuple((speed / 1e3, 100.0 * float(np.mean(values)), 0.0) for speed, values in sorted(by_speed.items()))
 
 

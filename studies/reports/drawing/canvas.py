@@ -8,6 +8,8 @@ import io
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -17,7 +19,7 @@ from matplotlib.figure import Figure
 
 from studies.quantities.display import digits
 
-INK, SOFT, GREY, RULE, CRIMSON = "#1a1a1a", "#555555", "#8a8a8a", "#e4e4e4", "#a3003c"
+INK, SOFT, GREY, CRIMSON = "#1a1a1a", "#555555", "#8a8a8a", "#a3003c"
 DPI = 192  # of a PNG
 SAYS, KIND = "says:", "kind:"  # beginnings of what an artist has as its address or identifier
 # What the SVG of a page has in place of what Matplotlib writes.
@@ -32,40 +34,6 @@ OF_PAGES = (
     (r"(\d\.\d{3})\d+", r"\1"),
     (r"image-rendering:[^;\"]*;?", ""),
 )
-STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
-    "font.size": 9.5,
-    "text.color": INK,
-    "text.parse_math": False,
-    "axes.titlelocation": "left",
-    "axes.titley": 1.0,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.labelsize": 9.5,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": GREY,
-    "axes.linewidth": 0.75,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.facecolor": "none",
-    "grid.color": RULE,
-    "grid.linewidth": 0.75,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.labelsize": 9.0,
-    "ytick.labelsize": 9.0,
-    "lines.solid_capstyle": "butt",
-    "lines.dash_capstyle": "butt",
-    "legend.frameon": False,
-    "legend.fontsize": 9.0,
-    "legend.borderaxespad": 0.0,
-    "image.composite_image": False,
-}
 
 
 LINES: Mapping[str, dict[str, Any]] = {
@@ -85,8 +53,13 @@ TEXTS: Mapping[str, Mapping[str, Any]] = {
 @contextmanager
 def drawn_in_style() -> Iterator[None]:
     """Draw in the common style, and leave that of other drawings of the process as it is."""
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(_style()):
         yield
+
+
+@cache
+def _style() -> matplotlib.RcParams:
+    return matplotlib.rc_params_from_file(Path(__file__).with_name("report.mplstyle"), use_default_template=False)
 
 
 def canvas(width: float, height: float, **options: Any) -> Figure:

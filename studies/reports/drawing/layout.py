@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.quantities.display import NARROW_SPACE, display_of, with_unit
+from studies.quantities.display import display_of, with_unit
 from studies.reports.drawing.canvas import GREY, number
 from studies.reports.drawing.marks import scaled
 from studies.reports.figure import Figure, Panel, is_cut
@@ -80,7 +80,7 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
         axes.set_ylabel(with_unit(figure.y.label, figure.y.unit))
     axes.tick_params(axis="y", labelleft=has_label or own)
     axes.xaxis.set_major_formatter(number)
-    axes.yaxis.set_major_formatter(_percent if figure.y.name == "residual" else number)
+    axes.yaxis.set_major_formatter(number)
     if figure.x.name == "spacing":
         sizes = _cell_sizes(panel)
         axes.set_xticks([0.0, *sizes], ["0", *(f"1/{1.0 / size:.4g}" for size in sizes)])
@@ -98,13 +98,6 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
 def _bound(title: str) -> str:
     """A title in which no line break parts a number from its unit."""
     return re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", title)
-
-
-def _percent(value: float, place: Any = None) -> str:
-    """A signed share at a tick: "−10 %", "0 %", "+10 %"."""
-    text = number(100.0 * value)
-    sign = "+" if value > 0.0 and text != "0" else ""
-    return f"{sign}{text}{NARROW_SPACE}%"
 
 
 def _cell_sizes(panel: Panel) -> list[float]:
@@ -135,10 +128,11 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
 def _y_range(figure: Figure) -> tuple[float, float] | None:
     """Every mark of simulation, measured shots and nearest laws; with zero where it is near, or of a share."""
     factor = display_of(figure.y.unit).factor
-    ends = [end * factor for panel in figure.panels for end in _weighty_ends(panel)]
-    if not ends:
-        ends = [top * factor for panel in figure.panels for top in _ends(panel, +1.0, bands=True)]
-    if not ends:
+    for every in (False, True):
+        ends = [end * factor for panel in figure.panels for end in _ends(panel, every=every)]
+        if ends:
+            break
+    else:
         return None
     low, high = min(ends), max(ends)
     if low < NEAR_ZERO * high:
@@ -149,12 +143,12 @@ def _y_range(figure: Figure) -> tuple[float, float] | None:
     return (low if low == 0.0 else low - margin, high + margin)
 
 
-def _weighty_ends(panel: Panel) -> Iterator[float]:
-    """Ends of bars and bands, without bars that the frame cuts and what a law gives outside its range."""
+def _ends(panel: Panel, *, every: bool = False) -> Iterator[float]:
+    """Ends of bars and bands, without bars that the frame cuts; of laws all, or the nearest ones inside their range."""
     for series in panel.series:
-        if series.muted:
+        if series.muted and not every:
             continue
-        inside = series.in_range or (True,) * len(series.x)
+        inside = (not every and series.in_range) or (True,) * len(series.x)
         bars = series.outer or series.uncertainty or (None,) * len(series.y)
         for y, bar, counts in zip(series.y, bars, inside, strict=False):
             if y is not None and counts:
@@ -180,16 +174,5 @@ def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:
 
 def _span(panel: Panel) -> tuple[float, float] | None:
     """Lowest and highest mark of a panel, bars and bands included."""
-    ends = [*_ends(panel, +1.0, bands=True), *_ends(panel, -1.0, bands=False)]
+    ends = [*_ends(panel)]
     return (min(ends), max(ends)) if ends else None
-
-
-def _ends(panel: Panel, sign: float, *, bands: bool) -> Iterator[float]:
-    """Upper (+1) or lower (-1) ends of the points' error bars, and the edges of bands."""
-    for series in panel.series:
-        bars = series.outer or series.uncertainty or (None,) * len(series.y)
-        for y, bar in zip(series.y, bars, strict=True):
-            if y is not None:
-                yield y + sign * (bar or 0.0)
-        if bands:
-            yield from (edge for edge in (*series.low, *series.high) if edge is not None)

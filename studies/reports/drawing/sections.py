@@ -3,7 +3,6 @@
 Everything that they say is in the document (:mod:`studies.reports.pictures`).
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from studies.films.section import Sections, read_sections
 from studies.quantities.display import digits, display_of, elapsed, printed
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
-from studies.reports.sections.pictures import Frame
+from studies.reports.sections.pictures import Frame, rounded_up
 
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run
@@ -85,7 +84,7 @@ def _thumbnail(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, wid
     axes = _section(drawing, picture, frame, pixels, (0.0, FOOT, width, height))
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
-    length, foot = step_of(frame.width / 4.0), frame.bottom + FOOT * point
+    length, foot = rounded_up(frame.width / 5.0), frame.bottom + FOOT * point
     begin = frame.left + 5.0 * point
     line(axes, "scale", (begin, begin + length), (foot - 2.0 * point,) * 2)
     unit = display_of("m")
@@ -199,13 +198,3 @@ def _labelled(picture: Mapping[str, Any]) -> str:
 
 def _millimetres(value: float) -> str:
     return f"{printed(value, 'length')} {display_of('m').unit}"
-
-
-def step_of(length: float) -> float:
-    """A round step near a length.
-
-    >>> step_of(0.0011), step_of(0.0034), step_of(7.1)
-    (0.001, 0.005, 10.0)
-    """
-    power = 10.0 ** math.floor(math.log10(length))
-    return float(f"{min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(math.log(step * power / length))) * power:.12g}")

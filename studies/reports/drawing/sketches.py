@@ -1,4 +1,4 @@
-"""Sketches: the set-up with its dimensions, and how measured lengths grew during a run."""
+"""The sketch of a set-up, with its dimensions."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -8,8 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Rectangle
 
 from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
-from studies.reports.drawing.charts import chart
-from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.setup import upward
 
 Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
@@ -131,17 +129,3 @@ def _dimension(axes: Axes, dimension: Mapping[str, Any], place: Placing, label: 
         write(axes, "measured", max(x1, x2) + 4.5, y + 9.0, label, "left")
     else:
         write(axes, "measured", 0.5 * (x1 + x2), y + 12.0, label, "center")
-
-
-def growth_sketch(document: Mapping[str, Any], salt: str) -> Markup:
-    """Measured lengths over the time of a run, with the window in which they were found settled."""
-    series = tuple(
-        Series(
-            "history", each["label"], tuple(each["time"]), tuple(each["value"]), window=tuple(document["window"] or ())
-        )
-        for each in document["lines"]
-    )
-    scales = Scale("time", "time", "s"), Scale("length", "length", "m")
-    figure = Figure("growth", "", "", *scales, (Panel("", {}, series),))
-    with drawn_in_style():
-        return as_svg(chart(figure, WIDTH), "full growth", document["alt"], salt)

@@ -17,7 +17,7 @@ from studies.cubes.points import (
     places_of,
     refined,
     refinements_of,
-    simulated_values,
+    simulated_or_nan,
 )
 from studies.cubes.reading import finite
 from studies.cubes.variable import Variable
@@ -33,8 +33,7 @@ RULES = (
     f"shifted, factor {SAFETY:g} (Roache 1994). Elsewhere the order and the mesh error are unknown."
 )
 
-# Of one grid, by the names of a point's record.
-OF_ONE_GRID = {"measurement": cubes.UNCERTAINTY, "raw": cubes.RAW}
+# What is stated of each point whatever its grids, by the names of its record.
 BESIDE: Mapping[str, Variable] = {
     "model": cubes.MODEL_PART,
     "lower": cubes.MODEL_SIDES[0][0],
@@ -60,45 +59,29 @@ def convergence_of(source: Source) -> Part | None:
 
 def _points(dataset: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[PointConvergence]:
     places = places_of(points)
-    beside = [
-        {key: finite(float(column[number])) for key, column in _columns(points, name, BESIDE).items()}
-        for number in range(len(places))
-    ]
+    columns = {key: simulated_or_nan(points, variable.named(name)) for key, variable in BESIDE.items()}
+    beside = [{key: finite(float(column[number])) for key, column in columns.items()} for number in range(len(places))]
     if refinements_of(dataset):
         for point in refined(dataset, name):
             yield _of_grids(point, places[point.number], beside[point.number])
         return
     bars, mesh = error_bars(points, name).values.ravel(), np.ravel(mesh_part(points, name))
-    values, own = simulated_values(points, name).ravel(), _columns(points, name, OF_ONE_GRID)
+    values, raw, reading_error = (
+        simulated_or_nan(points, each) for each in (name, cubes.RAW.named(name), cubes.UNCERTAINTY.named(name))
+    )
     for number, (at, also) in enumerate(zip(places, beside, strict=True)):
         is_known = math.isfinite(mesh[number])
-        raw = finite(float(own["raw"][number]))
         yield PointConvergence(
             at=at,
             verdict="mesh error known" if is_known else "single grid",
-            reason="",
             value=finite(float(values[number])),
             uncertainty=finite(float(bars[number])),
             mesh=finite(float(mesh[number])),
-            offsets=None,
             # Of reading it off the grid; with a mesh error that is part of the bar.
-            measurement=None if is_known else finite(float(own["measurement"][number])),
-            raw=raw if is_known and raw is not None else None,
+            measurement=None if is_known else finite(float(reading_error[number])),
+            raw=finite(float(raw[number])) if is_known else None,
             **also,
-            order=None,
-            extrapolated=None,
-            gci=None,
-            levels=(),
         )
-
-
-def _columns(points: xr.Dataset, name: str, variables: Mapping[str, Variable]) -> dict[str, np.ndarray]:
-    """Values of each point by key; NaN where the cube does not have the variable."""
-    nothing = np.full(points.run_state.size, np.nan)
-    return {
-        key: simulated_values(points, variable.named(name)).ravel() if variable.is_in(points, name) else nothing
-        for key, variable in variables.items()
-    }
 
 
 def _of_grids(point: Refined, at: Mapping[str, float | str], beside: Mapping[str, float | None]) -> PointConvergence:
@@ -115,6 +98,5 @@ def _of_grids(point: Refined, at: Mapping[str, float | str], beside: Mapping[str
         uncertainty=None if math.isnan(converged.mesh) else finite(converged.uncertainty),
         **{name: finite(getattr(converged, name)) for name in numbers},
         **beside,
-        raw=None,
         levels=tuple(levels),
     )

@@ -7,7 +7,7 @@ import xarray as xr
 
 from studies.cubes import audit
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, main_quantities, places_of
+from studies.cubes.points import axes_of, by_run, places_of
 from studies.cubes.reading import finite
 from studies.cubes.variables import STATES
 from studies.reports.figures import of_runs
@@ -33,7 +33,7 @@ def _runs(dataset: xr.Dataset) -> Iterator[ListedRun]:
             ("stop", cubes.STOP_REASON),
         )
     }
-    flags, doubted, main = flags_of_runs(dataset), doubted_runs(dataset), main_quantities(dataset)
+    flags, doubted = flags_of_runs(dataset), doubted_runs(dataset)
     states = cubes.RUN_STATE.of(dataset).values.ravel()
     for number, place in enumerate(places_of(dataset)):
         values = {name: finite(float(column[number])) for name, column in columns.items()}
@@ -44,7 +44,6 @@ def _runs(dataset: xr.Dataset) -> Iterator[ListedRun]:
             **{key: str(column[number]) for key, column in texts.items()},
             flags=tuple(flags[number]),
             doubted=bool(doubted[number]),
-            has_value=any(values[name] is not None for name in main),
             values=values,
         )
 

@@ -23,20 +23,21 @@ class PointConvergence:
 
     at: Place
     verdict: str
-    reason: str
     value: float | None
     uncertainty: float | None  # None where the mesh error is unknown
     mesh: float | None
-    offsets: float | None
     measurement: float | None
     model: float | None  # strength and equation of state, standard uncertainty
     lower: float | None  # how far failures that count move it down and up
     upper: float | None
-    raw: float | None  # as read off the mesh, before the correction for it; None where there is no correction
-    order: float | None
-    extrapolated: float | None
-    gci: float | None
-    levels: tuple[GridLevel, ...]  # coarsest first; none without refinement
+    raw: float | None = None  # as read off the mesh, before the correction for it; None where there is no correction
+    # Of several grids.
+    reason: str = ""
+    offsets: float | None = None
+    order: float | None = None
+    extrapolated: float | None = None
+    gci: float | None = None
+    levels: tuple[GridLevel, ...] = ()  # coarsest first
 
 
 @dataclass(frozen=True)

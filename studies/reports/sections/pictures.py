@@ -1,5 +1,6 @@
 """Pictures of the runs and of their set-up: what each shows, with its texts and measured lengths."""
 
+import math
 from dataclasses import dataclass
 
 from pydantic import JsonValue
@@ -56,25 +57,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class History:
-    """What was measured during a run: SI."""
-
-    quantity: str
-    label: str
-    time: tuple[float, ...]
-    value: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Histories of a run, and the window (s) in which growth was judged."""
-
-    lines: tuple[History, ...]
-    window: tuple[float, float] | None
-    alt: str
-
-
-@dataclass(frozen=True)
 class PicturedRun:
     """The pictures of a run."""
 
@@ -83,7 +65,6 @@ class PicturedRun:
     missing: str | None
     full: bool  # whether it is shown in full size too
     finest: bool
-    growth: Growth | None
     pictures: tuple[Picture, ...]
 
 
@@ -94,6 +75,21 @@ class Pictures:
     setup: dict[str, JsonValue] | None
     runs: tuple[PicturedRun, ...]
     left_out: int
+
+
+def rounded_up(value: float) -> float:
+    """The next number at or above a value that reads well; 1 for what is not above 0.
+
+    >>> rounded_up(0.83), rounded_up(2.1), rounded_up(4.1e9), rounded_up(0.0)
+    (1.0, 2.5, 5000000000.0, 1.0)
+    """
+    if value <= 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    step = next(
+        step for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0) if step * power >= value * 0.999
+    )
+    return float(f"{step * power:.12g}")
 
 
 def _part(source: Source) -> Part | None:

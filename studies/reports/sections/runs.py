@@ -20,7 +20,6 @@ class ListedRun:
     stop: str
     flags: tuple[str, ...]
     doubted: bool  # by a flag on the run or on a main quantity: drawn as an open mark
-    has_value: bool
     values: Mapping[str, float | None]
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from studies.reports.records import Place
 from studies.reports.section import Part, Section, Source
+from studies.reports.wording import text_template, worded
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,35 @@ class FoundLimits:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._search import search_of
+    """None of a sweep without a search."""
+    from studies.cubes import limits
+    from studies.cubes.points import axes_of, plain
+    from studies.cubes.reading import finite
 
-    return search_of(source)
+    dataset = source.dataset
+    if not limits.LIMIT.is_in(dataset):
+        return None
+    about = dataset.limit.attrs
+    others = [name for name in axes_of(dataset) if f"limit_{name}" in dataset]
+    found = (
+        FoundLimit(
+            at={name: plain(dataset[f"limit_{name}"].values[place]) for name in others},
+            limit=finite(float(dataset.limit.values[place])),
+            lower=finite(float(dataset.limit_lower.values[place])),
+            upper=finite(float(dataset.limit_upper.values[place])),
+            runs=int(dataset.limit_runs.values[place]),
+            verdict=limits.VERDICTS[int(dataset.limit_verdict.values[place])].value,
+            reason=str(dataset.limit_reason.values[place]),
+        )
+        for place in range(dataset.sizes[limits.SEARCH])
+    )
+    record = FoundLimits(str(about["axis"]), str(about["limit_of"]), str(about["units"]), tuple(found))
+    return Part(record, opening=headline(record))
+
+
+def headline(search: FoundLimits) -> str:
+    """The limits in words."""
+    return worded(text_template("search.txt"), search=search)
 
 
 APPENDIX = "sections/search_appendix.html"

@@ -37,10 +37,26 @@ class Values:
     withheld: tuple[Withheld, ...]
 
 
-def _part(source: Source) -> Part | None:
-    from studies.reports.sections._values import values_of
+def _part(source: Source) -> Part:
+    from studies.cubes.points import axes_of, main_quantities
+    from studies.reports.figures import figures
+    from studies.reports.opening import computed_of, ends_of, headline, is_made_by_mesh, opening_of
 
-    return values_of(source)
+    points, comparison = source.points, source.comparison
+    names, ranges = main_quantities(points), []
+    for name in names:
+        if computed := computed_of(points, name):
+            low, high = ends_of(computed)
+            unit = str(points[name].attrs["units"])
+            ranges.append(Range(name, unit, low.value, low.bar, low.at, high.value, high.bar, high.at))
+    counts = {name: int(is_made_by_mesh(points, name).sum()) for name in names}
+    withheld = (Withheld(name, count, points.run_state.size) for name, count in counts.items() if count)
+    opening = opening_of(points, comparison.judgements, comparison.shots)
+    units = {name: points[name].attrs.get("units") for name in axes_of(points)}
+    record = Values(tuple(ranges), tuple(withheld))
+    if opening is None:
+        return Part(record)
+    return Part(record, figures(comparison, [each.quantity for each in opening.quantities]), headline(opening, units))
 
 
 SECTION = Section(

@@ -6,7 +6,7 @@ import jsonschema_rs
 import pytest
 
 from service.api.schemas import component_schemas, report_schemas
-from studies.reports.schema import schema_of_report
+from studies.reports.document import schema_of_report
 from studies.reports.section import sections
 from tests.service.support.api import Api
 from tests.studies.support import fakes

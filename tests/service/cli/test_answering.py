@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.reports.answers import EXAMPLE
+from studies.answers import EXAMPLE
 from tests.service.support.command import run
 
 

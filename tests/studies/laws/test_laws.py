@@ -29,7 +29,7 @@ from studies.laws import (
     whipple_srl,
 )
 from studies.laws._words import LIMITS, REASONS
-from studies.reports.evidence import evidence_of
+from studies.reports.judgement import judgements_of
 from studies.reports.matched import matched_observations
 from studies.sweeps import examples
 from studies.sweeps.document import read_sweep_file
@@ -179,22 +179,21 @@ def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
 def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None:
     cube = points_of(build(Sweep.parse(read_sweep_file(Path(examples.folder()) / "sphere.yaml")), {}))
     shots = list(matched_observations(cube, "crater_depth"))
-    [evidence] = [each for each in evidence_of(cube, shots) if each.quantity == "crater_depth"]
-    subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}
+    judgements, _ = judgements_of(cube, "crater_depth", shots)
+    subjects = {each.law: each for each in judgements if each.reference == "observation"}
     copper = next(number for number, shot in enumerate(shots) if shot.at.get("target", "copper-ofhc") == "copper-ofhc")
     own, other = (subjects[name].points[copper] for name in ("crater_two_thirds", "charters_summers"))
     assert (own.state, own.status) == ("unjudged", RangeStatus.FITTED)
     assert other.state == "judged"
-    assert {each.name: each.has_range for each in evidence.subjects}["charters_summers"] is True
+    assert subjects["charters_summers"].has_range
 
 
 def test_cube__without_codes_of_ranges_is_judged_by_its_flags() -> None:
     cube = points_of(fakes.cube_of(fakes.holes()))
     older = cube.drop_vars([name for name in cube.variables if str(name).endswith(("_range_status", "_has_range"))])
-    [evidence], [of_older] = evidence_of(cube, []), evidence_of(older, [])
-    for subject, other in zip(evidence.subjects, of_older.subjects, strict=True):
-        assert (subject.has_range, other.has_range) == (True, None)
-        assert [each.state for each in subject.points] == [each.state for each in other.points]
+    for judgement, other in zip(*(judgements_of(each, "hole_diameter")[0] for each in (cube, older)), strict=True):
+        assert judgement.law == other.law
+        assert [each.state for each in judgement.points] == [each.state for each in other.points]
 
 
 # ---- shields -------------------------------------------------------------------------------------

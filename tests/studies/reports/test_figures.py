@@ -13,6 +13,7 @@ import xarray as xr
 
 from studies.cases.rows import at_most, equal
 from studies.cubes import cube
+from studies.cubes.points import main_quantities
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.reports.figure import ERROR_BAR, Figure, Series
@@ -29,7 +30,8 @@ PLAIN = fakes.holes()
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
-    every = [*figures(dataset, compare(dataset)), *of_runs(dataset, compare(dataset))]
+    comparison = compare(dataset)
+    every = [*figures(comparison, main_quantities(comparison.points)), *of_runs(dataset, comparison)]
     (entry,) = [figure for figure in every if figure.name == f"hole_diameter_{ending}"]
     return entry
 

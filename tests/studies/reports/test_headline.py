@@ -15,7 +15,9 @@ import whipple
 from studies import laws as laws_of
 from studies.cases.rows import at_most, equal
 from studies.cubes import cube
-from studies.reports.words import MOST_WORDS
+from studies.reports.sections import search
+from studies.reports.sections.search import FoundLimit, FoundLimits
+from studies.reports.wording import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
@@ -229,6 +231,19 @@ def test_headline__of_bars_has_own_shots(shots: str, expected: str) -> None:
         named = dict(zip(("final_length", "mushroom_diameter"), measured, strict=True))
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=named)
     assert expected in fakes.document_of(cube.build(sweep, results))["headline"].replace("\u202f", " ")
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ([183.0], "Perforated from speed 183 m/s, between 180 and 186 m/s."),
+        ([183.0, 250.0], "Perforated from speed 0.183-0.25 km/s (2 limits)."),
+        ([None], "The search for perforated found no limit."),
+    ],
+)
+def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
+    found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
+    assert search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
 
 
 # The quantity that opens the report of each example.

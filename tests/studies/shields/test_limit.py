@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from studies.answers.question import read_question
 from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import CRITICAL, Code, load
 from studies.observations.shields.judged import equations
 from studies.quantities.findings import InvalidInput
 from studies.reports import page
-from studies.reports.answers.question import read_question
 from studies.reports.compare import compare
 from studies.reports.figure import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
-from studies.reports.words import MOST_WORDS
+from studies.reports.wording import MOST_WORDS
 from studies.runs.run import Run
 from studies.shields.section import SECTION, Incomparable
 from studies.sweeps.sweep import Sweep

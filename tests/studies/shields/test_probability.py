@@ -14,7 +14,7 @@ from studies.observations.shields.drawn import DrawnShots
 from studies.observations.shields.inverse import Size, resized
 from studies.observations.shields.joined import Joint
 from studies.observations.shields.probability import probability
-from studies.reports.words import MOST_WORDS
+from studies.reports.wording import MOST_WORDS
 from studies.shields.section import Apart, NotJoined, WallRun
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import PLAIN, SHIELD, SHOT, computed, part_of, record_of, result_of, rows_of, sweep_of

@@ -1,0 +1,276 @@
+"""What every law says of each shot of a question, how far apart they are, and the published shots nearest to it."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+from studies import laws
+from studies.answers.question import Question
+from studies.laws import UNMEASURED, Law, RangeStatus, Shot
+from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
+from studies.observations.shields.answers import ShieldAnswer
+from studies.observations.shields.answers import answer as answer_of_shield
+from studies.quantities.display import NONE, digits, display_of
+from studies.quantities.units import readable
+from studies.sweeps.reading import published_shots
+
+# What laws predict of each kind of target. A shield's bumper is a plate.
+QUANTITIES: Mapping[str, tuple[str, ...]] = {
+    "plate": (
+        "hole_diameter",
+        "plate_critical_diameter",
+        "perforation_thickness",
+        "detached_spall_thickness",
+        "spall_thickness",
+    ),
+    "block": ("crater_depth", "crater_diameter", "crater_volume", "perforation_thickness", "spall_thickness"),
+    "shield": ("critical_diameter", "hole_diameter"),
+}
+TABLES: Mapping[str, tuple[str, str]] = {"plate": ("holes", "thin_plate"), "block": ("craters", "thick_plate")}
+UNITS = {1: "m", 2: "m2", 3: "m3"}  # of a quantity by its dimension in lengths
+NEAREST = 5  # shots that an answer lists
+
+
+@dataclass(frozen=True)
+class LawAnswer:
+    """One law about one shot."""
+
+    law: Law
+    value: float  # SI; NaN where the law means nothing, with the reason
+    low: float  # over the law's stated variants
+    high: float
+    in_range: bool
+    status: RangeStatus  # how it stands to its range
+    outside: str  # by which limits it is outside, and by how much; or why it has no value
+
+    @property
+    def is_for_another_material(self) -> bool:
+        """Whether the law was fitted to targets of another metal."""
+        return self.status is RangeStatus.OTHER_MATERIAL
+
+    def printed(self, unit: str) -> str:
+        """Its value in the display unit of an SI unit, or its bounds where it has variants; a dash of none."""
+        return printed_bounds(self.low, self.high, unit)
+
+    def describe(self) -> dict[str, Any]:
+        """Plain values, SI."""
+        numbers = {"value": self.value, "low": self.low, "high": self.high}
+        range_of = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
+        return {"law": self.law.name, **_without_nan(numbers), **range_of}
+
+
+@dataclass(frozen=True)
+class QuantityAnswer:
+    """Every law of one quantity about one shot."""
+
+    quantity: str
+    unit: str  # SI
+    laws: tuple[LawAnswer, ...]
+
+    @property
+    def title(self) -> str:
+        """Its name in words."""
+        return UNMEASURED.get(self.quantity, self.quantity.replace("_", " ").capitalize())
+
+    @property
+    def trusted(self) -> list[LawAnswer]:
+        """The laws whose range holds the shot and whose confidence lets them judge."""
+        return [each for each in self.laws if each.in_range and each.law.use == "verdict"]
+
+    @property
+    def spread(self) -> tuple[float, float] | None:
+        """Smallest and largest value of the laws in range; None where there is none."""
+        values = [bound for each in self.trusted for bound in (each.low, each.high) if not math.isnan(bound)]
+        return (min(values), max(values)) if values else None
+
+    def describe(self) -> dict[str, Any]:
+        """Plain values."""
+        spread = self.spread
+        return {
+            "quantity": self.quantity,
+            "title": self.title,
+            "unit": self.unit,
+            "laws": [each.describe() for each in self.laws],
+            "spread": spread and {"low": spread[0], "high": spread[1], "laws": len(self.trusted)},
+        }
+
+    def sentence(self) -> str:
+        """What the laws say, in a sentence of at most twenty words."""
+        unit = display_of(self.unit)
+        count, spread = len(self.trusted), self.spread
+        if spread is None:
+            return f"{self.title}: no law in range."
+        numbers = printed_bounds(*spread, self.unit)
+        law = self.trusted[0].law.title if count == 1 else f"{count} laws in range"
+        return f"{self.title}: {numbers} {unit.unit} ({law})."
+
+
+@dataclass(frozen=True)
+class NearObservation:
+    """A published shot near that of a question."""
+
+    shot: Observation
+    apart: float  # root of the summed squares of ln ratios of speed, diameter and thickness over diameter
+
+    def printed(self) -> str:
+        """What was measured, with its unit: "14 mm", or "27.5 mm to 34.5 mm"."""
+        if self.shot.bounds is not None:
+            return written_bounds(self.shot.bounds, "m")
+        return readable(self.shot.value or 0.0, "m")
+
+    def describe(self) -> dict[str, Any]:
+        """Plain values, SI."""
+        each = self.shot
+        return {
+            "quantity": each.quantity,
+            "value": each.value,
+            "bounds": each.bounds,
+            "uncertainty": each.uncertainty,
+            "parameters": {name: value for name, value in each.parameters.items() if value is not None},
+            "source": each.source,
+            "confidence": each.confidence,
+            "note": each.note,
+            "apart": self.apart,
+        }
+
+
+@dataclass(frozen=True)
+class ShotAnswer:
+    """What laws and shots say of one shot."""
+
+    parameters: Mapping[str, Any]  # of the shot, SI
+    target: str  # "plate", "block" or "shield"
+    quantities: tuple[QuantityAnswer, ...]
+    shots: tuple[NearObservation, ...]  # on plates and blocks
+    shield: ShieldAnswer | None  # whether it holds, and the shots near it
+
+    def describe(self) -> dict[str, Any]:
+        """Plain values, SI, for a program."""
+        return {
+            "headline": self.headline(),
+            "parameters": {name: value for name, value in self.parameters.items() if value is not None},
+            "quantities": [each.describe() for each in self.quantities],
+            "shots": [each.describe() for each in self.shots],
+            "shield": self.shield and {**_without_nan(asdict(self.shield)), "sentence": self.shield.sentence},
+        }
+
+    def headline(self) -> str:
+        """What comes first, in at most twenty words: whether a shield holds, or the first quantity."""
+        return self.shield.sentence if self.shield else self.quantities[0].sentence()
+
+
+def document(question: Question) -> dict[str, Any]:
+    """The answers to a question as plain values, SI, with what the catalogue says of each law once."""
+    items = list(answers(question))
+    asked = {each.law.name: each.law for quantity in items[0].quantities for each in quantity.laws}
+    return {
+        "target": question.target,
+        "axes": {axis.name: {"unit": axis.unit, "values": list(axis.values)} for axis in question.axes},
+        "laws": {name: law.describe() for name, law in asked.items()},
+        "items": [each.describe() for each in items],
+    }
+
+
+def answers(question: Question) -> Iterator[ShotAnswer]:
+    """The answer to each shot of a question, the last axis fastest."""
+    for point in question.points():
+        yield answer(question.shot(point), question.target, point)
+
+
+def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> ShotAnswer:
+    """The answer to one shot."""
+    of_shield = answer_of_shield(shot) if shot.shield else None
+    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)), of_shield)
+
+
+def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
+    for quantity in QUANTITIES[target]:
+        asked = laws.answering(quantity)
+        if asked:
+            unit = UNITS[asked[0].dimension]
+            yield QuantityAnswer(quantity, unit, tuple(sorted(map(ask(shot), asked), key=_rank)))
+
+
+def ask(shot: Shot) -> Callable[[Law], LawAnswer]:
+    """A function that asks a law about a shot: the middle of its variants, and their bounds."""
+
+    def asked(law: Law) -> LawAnswer:
+        values = [law.evaluate(shot, variant) for variant in law.variants(shot)]
+        first = values[0]
+        low, high = law.band(shot)
+        return LawAnswer(law, 0.5 * (low + high), low, high, first.in_range, first.status, laws.in_words(first.reasons))
+
+    return asked
+
+
+def _rank(each: LawAnswer) -> tuple[bool, bool, bool, str]:
+    return math.isnan(each.value), not each.in_range, each.law.use != "verdict", each.law.name
+
+
+def shot_in_words(shot: Shot) -> str:
+    """What hits what, in a line."""
+    parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
+    if shot.plate_thickness is not None:
+        parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")
+    if shot.shield is not None:
+        parts += [readable(shot.shield.stand_off, "m"), f"wall {readable(shot.shield.wall_thickness, 'm')}"]
+    if shot.obliquity:
+        parts.append(readable(shot.obliquity, "rad"))
+    return " | ".join(parts)
+
+
+# --- published shots --------------------------------------------------------------------------------
+
+
+def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearObservation]:
+    """The published shots of the same metals nearest to one: by speed, diameter and thickness over diameter."""
+    near = []
+    for each in _published(target):
+        p = each.parameters
+        metals = _family(p.get("projectile")), _family(p.get("target"))
+        if metals == (shot.projectile.family, shot.target.family):
+            speed, diameter = float(p["speed"] or 0.0), float(p["projectile_diameter"] or 0.0)
+            ratios = [speed / shot.speed, diameter / shot.projectile_diameter]
+            if shot.plate_thickness and p.get("plate_thickness"):
+                ratios.append(float(p["plate_thickness"] or 0.0) / diameter / shot.thickness_ratio)
+            near.append(NearObservation(each, math.hypot(*map(math.log, ratios))))
+    return sorted(near, key=lambda each: each.apart)[:count]
+
+
+@cache
+def _published(target: str) -> Sequence[Observation]:
+    if target not in TABLES:
+        return ()
+    table, scenario = TABLES[target]
+    return published_shots(table, scenario)
+
+
+def _family(material: Any) -> str:
+    """The metal of a published shot, which may name no alloy."""
+    from studies import materials
+
+    name = str(material)
+    return name.removesuffix(UNKNOWN_ALLOY) if name.endswith(UNKNOWN_ALLOY) else materials.load(name).family
+
+
+def printed_bounds(low: float, high: float, unit: str) -> str:
+    """Two bounds in the display unit of an SI unit, as one number where they print alike; a dash of NaN.
+
+    >>> [printed_bounds(low, high, "m") for low, high in ((0.0212, 0.0234), (0.0212, 0.0212), (math.nan, math.nan))]
+    ['21.2 to 23.4', '21.2', '–']
+    """
+    if math.isnan(low):
+        return NONE
+    texts = [digits(bound * display_of(unit).factor) for bound in (low, high)]
+    return texts[0] if texts[0] == texts[1] else " to ".join(texts)
+
+
+def _without_nan(value: Any) -> Any:
+    """Plain objects as JSON has them: None in place of NaN."""
+    if isinstance(value, Mapping):
+        return {name: _without_nan(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(each) for each in value]
+    return None if isinstance(value, float) and math.isnan(value) else value

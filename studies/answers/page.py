@@ -1,0 +1,62 @@
+"""The answer to one shot as a page of one sheet: headline, picture, laws; folded below, shots and sources."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from jinja2 import Template
+from markupsafe import Markup
+
+from studies import laws
+from studies.answers.answer import ShotAnswer, shot_in_words
+from studies.answers.picture import picture
+from studies.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
+from studies.laws import Shot
+from studies.observations.shields.shots import citation
+from studies.quantities.display import NONE, display_of
+from studies.quantities.units import readable
+from studies.reports.figure import Figure
+from studies.reports.wording import environment_of
+
+
+def page(answer: ShotAnswer, shot: Shot) -> str:
+    """One HTML file that needs no network."""
+    from studies.reports.drawing.charts import of_page
+
+    return _rendered("answer.html", answer, shot, lambda figure: of_page(figure, "answer"))
+
+
+def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
+    """What a page says below the headline, for pages of one's own; ``drawn`` is how the figure becomes HTML."""
+    return _rendered("body.html", answer, shot, drawn)
+
+
+def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
+    figure = picture(shot, answer.target)
+    return _template(template).render(
+        answer=answer,
+        target=shot_in_words(shot),
+        figure=figure,
+        drawing=drawn(figure),
+        readable=readable,
+        unit=lambda unit: display_of(unit).unit,
+        share=_share,
+        columns=COLUMNS,
+        safe_sizes_of=safe_sizes_of,
+        of_ordered_shots=of_ordered_shots,
+        citation=citation,
+        title=lambda law: laws.load(law).title,
+    )
+
+
+def _share(share: Any) -> str:
+    """A share of shots with its interval: "7 of 9 (45 to 94 %)"."""
+    if not share.of:
+        return NONE
+    low, high = (f"{100.0 * bound:.0f}" for bound in share.interval)
+    return f"{share.count} of {share.of} ({low} to {high} %)"
+
+
+@cache
+def _template(name: str) -> Template:
+    return environment_of(is_html=True).get_template(f"studies.answers:{name}")

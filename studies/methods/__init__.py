@@ -1,0 +1,1 @@
+"""Methods side by side in reports: what the method does to an answer, beside the bars of both."""

@@ -1,0 +1,1 @@
+"""Plugs in reports: residual velocities, with the curve of Recht and Ipson."""
