@@ -100,15 +100,13 @@ def _with_cut_bars(figure: Figure) -> Figure:
 
 def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     """Simulation, laws and measured shots over the abscissa, a panel for each other value."""
-    near = [
-        each.law for each in nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
-    ]
+    near = _in_colour(comparison, name)
     panels = tuple(
         Panel(
             piece.title,
             piece.at,
             (
-                *_laws(view, name, piece, near[:NEAREST]),
+                *_laws(view, name, piece, near),
                 *simulation(view, name, piece),
                 *_missing(view, name, piece),
                 *_measured(view, name, piece, comparison),
@@ -126,6 +124,21 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
         y=view.scale_of(name),
         panels=panels,
     )
+
+
+def _in_colour(comparison: Comparison, name: str) -> list[str]:
+    """Labels of the laws that are nearest to the simulation, with the one that alone gives what was measured."""
+    laws = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
+    reaching = {
+        law.law
+        for shot in comparison.shots
+        if shot.quantity == name
+        for law in laws
+        for at in law.points
+        if at.at == shot.point and at.law is not None and shot.ends[0] <= at.law <= shot.ends[1]
+    }
+    first = [*reaching] if len(reaching) == 1 else []
+    return list(dict.fromkeys([*first, *(each.law for each in laws)]))[:NEAREST]
 
 
 def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import xarray as xr
 
+from studies import laws
 from studies.cubes.points import Place
 from studies.laws import Shot
 from studies.observations.shields.shots import published
@@ -14,7 +16,7 @@ from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDEC
 from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.wording import in_words, text_template
 from studies.shields.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
-from studies.shields.limit import DIAMETER, shots_at
+from studies.shields.limit import DIAMETER, name_of, shots_at
 from studies.shields.section import ShieldLimit
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
@@ -41,7 +43,9 @@ def shield_figure(
 
 def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None) -> Panel:
     at = limits[0].at
-    series = [*curves_of(DIAMETER, shot), *outcomes_of(like_shields(shot))] if shot else []
+    names = {law.title: name_of(law.name, law.title) for law in laws.answering(DIAMETER)}
+    curves = [replace(each, label=names[each.label]) for each in curves_of(DIAMETER, shot)] if shot else []
+    series = [*curves, *outcomes_of(like_shields(shot))] if shot else []
     known = [(limit.speed, limit.lower, limit.upper) for limit in limits if limit.lower and limit.upper]
     if known:
         speeds, low, high = zip(*known, strict=True)

@@ -119,7 +119,9 @@ def _equations(
         diameter, outside = float(values[nearest]), law.outside[cells[nearest]]
         why = Incomparable.OUTSIDE if outside else reason
         outcome, difference, why = (Outcome.NOT_COMPARABLE, None, why) if why else _beside(diameter, *interval)
-        found.append(Equation(law.label, law.title, _name(law), diameter, outcome, difference, why, outside))
+        found.append(
+            Equation(law.label, law.title, name_of(law.label, law.title), diameter, outcome, difference, why, outside)
+        )
     ends = [end for end in interval if math.isfinite(end)] or list(diameters)
     middle = float(np.log(ends).mean())
     return sorted(found, key=lambda each: (bool(each.outside), abs(math.log(each.diameter) - middle)))
@@ -137,7 +139,7 @@ def _beside(diameter: float, lower: float, upper: float) -> tuple[Outcome, float
     return Outcome.NOT_COMPARABLE, None, Incomparable.ONE_END if ends else Incomparable.NO_END
 
 
-def _name(law: LawAnswers) -> str:
+def name_of(label: str, title: str) -> str:
     """The author with what the field calls the equation: "Christiansen (NNO)", "Reimerdes"."""
-    author, short = beginning(law.title), SHORT.get(law.label.partition("/")[0], "")
-    return f"{author} ({short})" if short not in ("", author, law.title) else author
+    author, short = beginning(title), SHORT.get(label.partition("/")[0], "")
+    return f"{author} ({short})" if short not in ("", author, title) else author

@@ -38,7 +38,7 @@ def test_demo__has_the_holes_of_a_finer_grid(tmp_path: Path, compared: Compared)
         compared(at_most(f"{where}: from that on {FINE} cells", limit=NEAR, got=abs(float(hole) - 1.0)))
 
 
-SHAPES = {"holes": {"speed": 6, "plate_thickness": 2}, "craters": {"speed": 3}}
+SHAPES = {"holes": {"speed": 6, "plate_thickness": 2}, "craters": {"speed": 2}}
 
 
 @pytest.mark.claim("demo", "demo", minutes=2.0)

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from studies.quantities.display import digits, display_of
-from studies.reports.drawing.canvas import say
+from studies.reports.drawing.canvas import KIND, say
 from studies.reports.drawing.styles import (
     FLAGGED,
     LOOKS,
@@ -148,6 +148,7 @@ class Marks:
                 size=9.0,
                 weight="bold",
                 zorder=RINGS,
+                gid=f"{KIND}named",
                 **side,
             )
 

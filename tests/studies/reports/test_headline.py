@@ -177,7 +177,7 @@ def test_headline__of_known_numbers(expected: str, laws: list[Any], axes: list[A
     assert said(laws, *axes, **options).removesuffix(TO_RUN).rstrip() == expected
 
 
-TO_RUN = "Run `accuracy: 5 %` for error bars."
+TO_RUN = "Run with accuracy 5 % for error bars."
 ALUMINIUM = [Axis("speed", "m s-1", (4e3, 6.18e3)), Axis("plate_thickness", "m", (4e-3,))]
 
 
