@@ -36,7 +36,7 @@ from studies.reports.figure import (
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.records import MatchedObservation, MeasuredShot, Place, Where
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Place, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
@@ -50,7 +50,7 @@ from studies.reports.view import (
     view_of,
     views_of,
 )
-from studies.reports.wording import words
+from studies.reports.wording import in_words, text_template, words
 from studies.sweeps.reading import RESOLUTION
 
 NEAREST = 2  # laws in colour
@@ -100,15 +100,13 @@ def _with_cut_bars(figure: Figure) -> Figure:
 
 def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     """Simulation, laws and measured shots over the abscissa, a panel for each other value."""
-    near = [
-        each.law for each in nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
-    ]
+    near = [law.law for law in _nearest(comparison, name)]
     panels = tuple(
         Panel(
             piece.title,
             piece.at,
             (
-                *_laws(view, name, piece, near[:NEAREST]),
+                *_laws(view, name, piece, near),
                 *simulation(view, name, piece),
                 *_missing(view, name, piece),
                 *_measured(view, name, piece, comparison),
@@ -126,6 +124,11 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
         y=view.scale_of(name),
         panels=panels,
     )
+
+
+def _nearest(comparison: Comparison, name: str) -> list[Judgement]:
+    """The laws of a quantity that are drawn in colour."""
+    return nearest([each for each in comparison.judgements if each.quantity == name], "simulation")[:NEAREST]
 
 
 def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
@@ -297,7 +300,7 @@ def _maps(view: FigureView, other: Scale, name: str, comparison: Comparison) -> 
     title = f"{words(name).capitalize()} {over}"
     x, y = view.abscissa, other
     yield Figure(f"{name}_map", title, caption, x, y, tuple(panels), z=view.scale_of(name))
-    near = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")[:NEAREST]
+    near = _nearest(comparison, name)
     title, cells = pieces[0]
     laws = []
     for law in near:
@@ -347,7 +350,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_convergence",
         title=f"{words(name).capitalize()} against the size of a cell",
-        caption=captions.of_convergence(
+        caption=in_words(
+            text_template("captions/convergence.txt"),
             offsets=any(_several_offsets(point) for point in shown[:1]),
             extrapolated=any(point.converged.verdict == "converging" for point in shown),
             left_out=len(valued) > len(shown),

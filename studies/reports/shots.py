@@ -42,11 +42,12 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[Shot]) -> Iterat
         number, doubts = near
         if shot.confidence not in FIRST_HAND:
             doubts = (*doubts, Doubt.SECOND_HAND)
-        value, bar, *_ = interpolate(barred, name, {**places[number], **_numbers(shot.at, places[number])})
+        place = places[number]
+        # At its own values of the axes that are numbers.
+        own_place = {key: each for key, each in shot.at.items() if key in place and isinstance(each, float)}
+        value, bar, *_ = interpolate(barred, name, {**place, **own_place})
         stated = {field.name: getattr(shot, field.name) for field in fields(Shot)}
-        yield MeasuredShot(
-            **stated, point=places[number], doubts=doubts, simulation=finite(value), simulation_bar=finite(bar)
-        )
+        yield MeasuredShot(**stated, point=place, doubts=doubts, simulation=finite(value), simulation_bar=finite(bar))
 
 
 def _of_table(shot: Observation, unit: str) -> Shot:
@@ -63,11 +64,6 @@ def _of_table(shot: Observation, unit: str) -> Shot:
 def _rounded(at: Place) -> Iterator[tuple[str, float]]:
     """The numbers that a shot states, as exactly as a table prints them: the same shot may come from two tables."""
     return ((key, float(f"{value:.6g}")) for key, value in at.items() if isinstance(value, float))
-
-
-def _numbers(at: Place, axes: Place) -> dict[str, float]:
-    """What a shot states of the axes that are numbers."""
-    return {key: value for key, value in at.items() if key in axes and isinstance(value, float)}
 
 
 @cache
