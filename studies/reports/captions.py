@@ -41,9 +41,3 @@ def _dips(history: np.ndarray) -> bool:
 def of_cut_bars(bars: Iterable[tuple[float, float | None]]) -> str:
     """The sentence on bars that the frame cuts, of values with their bars; empty where there is none."""
     return in_words(text_template("captions/cut.txt"), bars=sum(is_cut(value, bar) for value, bar in bars))
-
-
-def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:
-    """The caption of a quantity against the size of a cell."""
-    told = {"offsets": offsets, "extrapolated": extrapolated, "left_out": left_out}
-    return in_words(text_template("captions/convergence.txt"), **told)

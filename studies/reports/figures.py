@@ -36,7 +36,7 @@ from studies.reports.figure import (
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.records import MatchedObservation, MeasuredShot, Place, Where
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Place, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
@@ -50,7 +50,7 @@ from studies.reports.view import (
     view_of,
     views_of,
 )
-from studies.reports.wording import words
+from studies.reports.wording import in_words, text_template, words
 from studies.sweeps.reading import RESOLUTION
 
 NEAREST = 2  # laws in colour
@@ -128,7 +128,7 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
 
 def _in_colour(comparison: Comparison, name: str) -> list[str]:
     """Labels of the laws that are nearest to the simulation, with the one that alone gives what was measured."""
-    laws = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
+    laws = _nearest(comparison, name)
     reaching = {
         law.law
         for shot in comparison.shots
@@ -139,6 +139,11 @@ def _in_colour(comparison: Comparison, name: str) -> list[str]:
     }
     first = [*reaching] if len(reaching) == 1 else []
     return list(dict.fromkeys([*first, *(each.law for each in laws)]))[:NEAREST]
+
+
+def _nearest(comparison: Comparison, name: str) -> list[Judgement]:
+    """The laws of a quantity, nearest to the simulation first."""
+    return nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
 
 
 def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
@@ -310,7 +315,7 @@ def _maps(view: FigureView, other: Scale, name: str, comparison: Comparison) -> 
     title = f"{words(name).capitalize()} {over}"
     x, y = view.abscissa, other
     yield Figure(f"{name}_map", title, caption, x, y, tuple(panels), z=view.scale_of(name))
-    near = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")[:NEAREST]
+    near = _nearest(comparison, name)[:NEAREST]
     title, cells = pieces[0]
     laws = []
     for law in near:
@@ -360,7 +365,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_convergence",
         title=f"{words(name).capitalize()} against the size of a cell",
-        caption=captions.of_convergence(
+        caption=in_words(
+            text_template("captions/convergence.txt"),
             offsets=any(_several_offsets(point) for point in shown[:1]),
             extrapolated=any(point.converged.verdict == "converging" for point in shown),
             left_out=len(valued) > len(shown),

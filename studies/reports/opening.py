@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -230,6 +229,5 @@ def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
 @cache
 def _template() -> Template:
     environment = text_environment()
-    filters: dict[str, Any] = {"barred": _barred, "measured": _measured, "simulated": _simulated}
-    environment.filters.update(filters)
+    environment.filters.update(barred=_barred, measured=_measured, simulated=_simulated)
     return environment.get_template("headline.txt")

@@ -14,6 +14,7 @@ from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
+from pydantic import TypeAdapter
 
 from studies.materials.schema import CONFIDENCES
 from studies.quantities.display import (
@@ -31,11 +32,11 @@ from studies.quantities.measured import flags_in_words
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import setup_sketch
-from studies.reports.figure import Figure, Panel, Scale, Series
+from studies.reports.figure import Figure
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
 from studies.reports.view import spread
-from studies.reports.wording import environment_of, source_of
+from studies.reports.wording import environment_of, source_of, words
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
@@ -161,13 +162,9 @@ def _first(report: Mapping[str, Any]) -> list[Section]:
     """The sections of the first screen: that which opens the report, then by rank; values where there is no other."""
     ranked = [section for section in sections() if section.first and section.name in report]
     ranked.sort(key=lambda section: (section.name != report["opened_by"], section.rank))
-    others = [section for section in ranked if not section.is_fallback and _has_rows(report[section.name])]
+    # A record says nothing where all of its lists are empty.
+    others = [section for section in ranked if not section.is_fallback and any(report[section.name].values())]
     return others[:MOST_FIRST] or ranked[:1]
-
-
-def _has_rows(record: Mapping[str, Any]) -> bool:
-    """Whether a record says anything: a list of it is not empty."""
-    return any(record.values())
 
 
 def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path] | None, **shown: Any) -> str:
@@ -187,25 +184,20 @@ def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path
     )
 
 
-def figure_of(plain_figure: dict[str, Any]) -> Figure:
+def figure_of(plain_figure: Mapping[str, Any]) -> Figure:
     """A figure from its place in the document: what is drawn is what report.json says."""
-    panels = tuple(
-        Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
-        for panel in plain_figure["panels"]
-    )
-    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y", "z") if plain_figure[axis]}
-    return Figure(**{**plain_figure, **scales, "panels": panels})
+    return _figures().validate_python(plain_figure)
+
+
+@cache
+def _figures() -> TypeAdapter[Figure]:
+    return TypeAdapter(Figure)
 
 
 def _sweep_text(node: Node) -> Markup:
     """The submitted document, indented."""
     text = json.dumps(bare(node), ensure_ascii=False, indent=2)
     return Markup('<pre data-path="{}">{}</pre>').format(node._path, text)
-
-
-def _heading(name: Any, unit: Any) -> str:
-    """A name as a column heading, with the unit that people read."""
-    return with_unit(bare(name).replace("_", " "), bare(unit) or "1")
 
 
 def _says(figure: Figure) -> bool:
@@ -271,7 +263,8 @@ def environment() -> Environment:
         document=_sweep_text,
         kind_of=lambda unit: kind_of(bare(unit)),
         residual_kind=lambda unit: kind_of(bare(unit), residual=True),
-        heading=_heading,
+        # A name as a column heading, with the unit that people read.
+        heading=lambda name, unit: with_unit(words(bare(name)), bare(unit) or "1"),
         unit=lambda unit: display_of(bare(unit)).unit,
         flag=lambda name: flags_in_words([bare(name)])[0],
         keys=lambda node: list(bare(node)),

@@ -97,7 +97,7 @@ class Doubt(StrEnum):
 
 
 @dataclass(frozen=True)
-class Shot:
+class StatedShot:
     """A measured value of a quantity as its source states it, in SI."""
 
     quantity: str
@@ -119,7 +119,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class MeasuredShot(Shot):
+class MeasuredShot(StatedShot):
     """A measured shot beside the nearest point of a sweep."""
 
     point: Place  # the axes of that point
@@ -138,7 +138,7 @@ class Where(StrEnum):
 
 
 @dataclass(frozen=True)
-class MatchedObservation(Shot):
+class MatchedObservation(StatedShot):
     """A shot of a sweep's own table, with what the simulation gives for it."""
 
     observation: int  # row of the table

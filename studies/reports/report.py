@@ -5,7 +5,7 @@ document as HTML that opens from disk without a network.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ from studies.cubes.points import axes_of, main_quantities, plain, refinements_of
 from studies.reports.compare import compare
 from studies.reports.document import Axis, Head, MeasuredQuantity
 from studies.reports.figure import Figure
-from studies.reports.section import Part, Section, Source, sections
+from studies.reports.section import Source, sections
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -46,7 +46,9 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
     """Everything that the report says about a cube; ``files`` are those of sections by run id, for the pictures."""
     source = Source(dataset, compare(dataset), files or {})
     parts = [(section, part) for section in sections() if (part := section.part(source))]
-    opener = _opener(parts)
+    opener = min((each for each in parts if each[1].opening), key=lambda each: each[0].rank, default=None)
+    # Those of the section that opens the report first.
+    figures = (figure for each in sorted(parts, key=lambda each: each is not opener) for figure in each[1].figures)
     points = source.points
     head = Head(
         report_version=REPORT_VERSION,
@@ -58,20 +60,9 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
         axes=tuple(_axis(dataset, name) for name in axes_of(points)),
         coordinates=tuple(_axis(dataset, name) for name in axes_of(dataset)),
         quantities=tuple(_quantities(dataset)),
-        figures=_figures(parts, opener),
+        figures=tuple(figures),
     )
     return Report(head, {section.name: part.record for section, part in parts}, short_texts(dataset))
-
-
-def _opener(parts: Sequence[tuple[Section, Part]]) -> tuple[Section, Part] | None:
-    """The section that opens the report: that of lowest rank with words for it."""
-    return min((each for each in parts if each[1].opening), key=lambda each: each[0].rank, default=None)
-
-
-def _figures(parts: Sequence[tuple[Section, Part]], opener: tuple[Section, Part] | None) -> tuple[Figure, ...]:
-    """All figures, those of the section that opens the report first."""
-    ordered = sorted(parts, key=lambda each: opener is None or each[0] is not opener[0])
-    return tuple(figure for _, part in ordered for figure in part.figures)
 
 
 def every_figure(dataset: xr.Dataset) -> tuple[Figure, ...]:

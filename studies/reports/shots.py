@@ -18,13 +18,13 @@ from studies.observations import UNKNOWN_ALLOY, Observation
 from studies.quantities.findings import InvalidInput
 from studies.reports.evidence import FIRST_HAND
 from studies.reports.matched import interpolate
-from studies.reports.records import Doubt, MeasuredShot, Shot
+from studies.reports.records import Doubt, MeasuredShot, StatedShot
 from studies.sweeps.reading import published_shots
 
 NEAR = 0.10  # relative: a shot is like a point where no number that both state differs by more
 
 
-def measured_shots(points: xr.Dataset, name: str, own: Iterable[Shot]) -> Iterator[MeasuredShot]:
+def measured_shots(points: xr.Dataset, name: str, own: Iterable[StatedShot]) -> Iterator[MeasuredShot]:
     """The shots of a quantity that are like a point; each once. A shot that does not state an axis is like none."""
     unit = str(points[name].attrs["units"])
     shots = [shot for shot in own if shot.quantity == name]
@@ -42,14 +42,15 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[Shot]) -> Iterat
         number, doubts = near
         if shot.confidence not in FIRST_HAND:
             doubts = (*doubts, Doubt.SECOND_HAND)
-        value, bar, *_ = interpolate(barred, name, {**places[number], **_numbers(shot.at, places[number])})
-        stated = {field.name: getattr(shot, field.name) for field in fields(Shot)}
-        yield MeasuredShot(
-            **stated, point=places[number], doubts=doubts, simulation=finite(value), simulation_bar=finite(bar)
-        )
+        place = places[number]
+        # At its own values of the axes that are numbers.
+        own_place = {key: each for key, each in shot.at.items() if key in place and isinstance(each, float)}
+        value, bar, *_ = interpolate(barred, name, {**place, **own_place})
+        stated = {field.name: getattr(shot, field.name) for field in fields(StatedShot)}
+        yield MeasuredShot(**stated, point=place, doubts=doubts, simulation=finite(value), simulation_bar=finite(bar))
 
 
-def _of_table(shot: Observation, unit: str) -> Shot:
+def _of_table(shot: Observation, unit: str) -> StatedShot:
     """A shot that ships, with texts and numbers of its parameters by the names of the cube."""
     at = {
         variable_name(key): value if isinstance(value, str) else float(value)
@@ -57,17 +58,12 @@ def _of_table(shot: Observation, unit: str) -> Shot:
         if isinstance(value, str | float)
     }
     bounds = shot.bounds or (None, None)
-    return Shot(shot.quantity, unit, at, shot.value, shot.uncertainty, *bounds, shot.source, shot.confidence)
+    return StatedShot(shot.quantity, unit, at, shot.value, shot.uncertainty, *bounds, shot.source, shot.confidence)
 
 
 def _rounded(at: Place) -> Iterator[tuple[str, float]]:
     """The numbers that a shot states, as exactly as a table prints them: the same shot may come from two tables."""
     return ((key, float(f"{value:.6g}")) for key, value in at.items() if isinstance(value, float))
-
-
-def _numbers(at: Place, axes: Place) -> dict[str, float]:
-    """What a shot states of the axes that are numbers."""
-    return {key: value for key, value in at.items() if key in axes and isinstance(value, float)}
 
 
 @cache

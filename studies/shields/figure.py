@@ -72,9 +72,8 @@ def _caption(is_cut: bool, shots: Sequence[Shot]) -> str:
     if known:
         sentences.append(
             f"Lines: equations, dotted outside their range; yield stress of the wall: {', '.join(known)}. Circles: "
-            f"those of {len(published().shots)} published shots that are on shields like this one, at any speed: ln "
-            "ratios of bumper, wall, space, densities and the wall's yield stress, and the angle in rad, have a root "
-            f"of the sum of squares of at most {LIKE:g}."
+            f"those of {len(published().shots)} published shots that are on shields like this one, at any speed: each "
+            f"size, density and yield stress within a factor of {math.exp(LIKE):.1f} if all else is equal."
         )
     if is_cut:
         sentences.append("The cube contains the shields that are not drawn.")

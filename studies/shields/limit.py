@@ -119,9 +119,8 @@ def _equations(
         diameter, outside = float(values[nearest]), law.outside[cells[nearest]]
         why = Incomparable.OUTSIDE if outside else reason
         outcome, difference, why = (Outcome.NOT_COMPARABLE, None, why) if why else _beside(diameter, *interval)
-        found.append(
-            Equation(law.label, law.title, name_of(law.label, law.title), diameter, outcome, difference, why, outside)
-        )
+        name = name_of(law.label, law.title)
+        found.append(Equation(law.label, law.title, name, diameter, outcome, difference, why, outside))
     ends = [end for end in interval if math.isfinite(end)] or list(diameters)
     middle = float(np.log(ends).mean())
     return sorted(found, key=lambda each: (bool(each.outside), abs(math.log(each.diameter) - middle)))

@@ -81,15 +81,14 @@ def opening(figure: Figure) -> Markup:
 def lines(document: Mapping[str, Any]) -> Markup:
     """Lines over one abscissa: ``title``, axes ``x`` and ``y`` as name, label and unit, and ``lines`` as series."""
     kind: SeriesKind = "quantity" if document["marked"] else "history"
-    series = (Series(kind, **{name: _plain(value) for name, value in line.items()}) for line in document["lines"])
+    series = []
+    for line in document["lines"]:
+        values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in line.items()}
+        series.append(Series(kind, **values))
     panel = Panel(document["title"], {}, tuple(series))
     figure = Figure("lines", document["title"], "", Scale(*document["x"]), Scale(*document["y"]), (panel,))
     with drawn_in_style():
         return as_svg(chart(figure, OF_LINES), "chart", figure.title, figure.name)
-
-
-def _plain(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def draw(figure: Figure, file: Path) -> Path:

@@ -23,6 +23,7 @@ from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
 from studies.reports.wording import MOST_WORDS
 from studies.runs.run import Run
+from studies.shields.limit import name_of
 from studies.shields.section import SECTION, Incomparable
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import (
@@ -189,7 +190,9 @@ def test_figure__has_intervals_runs_equations_and_shots() -> None:
     [bars] = [each for each in panel.series if each.label == INTERVAL]
     rows = record_of(part).rows
     assert list(zip(bars.x, bars.low, bars.high, strict=True)) == [(row.speed, row.lower, row.upper) for row in rows]
-    assert {each.label for each in panel.series if each.kind == "curve"} == {law.title for law in equations()}
+    assert {each.label for each in panel.series if each.kind == "curve"} == {
+        name_of(law.name, law.title) for law in equations()
+    }
     assert marks(part, FAILED)
     assert marks(part, HELD)
     assert "0.4" in figure.caption
