@@ -195,7 +195,7 @@ def test_figure__has_intervals_runs_equations_and_shots() -> None:
     }
     assert marks(part, FAILED)
     assert marks(part, HELD)
-    assert "0.4" in figure.caption
+    assert "factor of 1.5" in figure.caption
     assert "276 MPa" in figure.caption
 
 
