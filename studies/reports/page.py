@@ -43,7 +43,7 @@ CUT = "Only the first rows are printed; report.json contains all rows."
 MOST_LAWS = 8  # rows of the first screen; all laws stand on the appendix
 MOST_FIRST = 2  # sections on the first screen
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
-MOST_FURTHER, MOST_FURTHER_PANELS = 4, 12  # figures beside the first, and their panels
+MOST_FURTHER, MOST_FURTHER_PANELS = 4, 8  # figures beside the first, and their panels
 
 
 class Node:
