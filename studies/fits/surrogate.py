@@ -39,8 +39,9 @@ SEED = 1  # of these places
 # so wide that the runs alone decide.
 WIDE = 10.0
 # Bounds of lengths, sizes and noises (variances), in the same units: a length beyond them is a straight line, or a
-# noise; a noise of 1e-4 standard deviations is less than a size is measured to, and keeps a factorisation stable.
-LENGTHS, SIZES, NOISES = (0.05, 20.0), (1e-4, 1e2), (1e-8, 1.0)
+# noise. A dozen runs do not tell a noise of less than 0.3 % of their deviation from bending: with a bound of 1e-8 in its
+# place intervals of 95 % over 16 points of 36 made-up laws with scatter held 87 % of unseen ones, with 1e-5 92 %.
+LENGTHS, SIZES, NOISES = (0.05, 20.0), (1e-4, 1e2), (1e-5, 1.0)
 
 
 @dataclass(frozen=True)
@@ -283,8 +284,8 @@ class Surrogate:
 
     @property
     def error(self) -> float:
-        """Root mean square error of each run predicted from all others with the same lengths, size and noise."""
-        return float(np.sqrt(np.mean(self._missed[0] ** 2)))
+        """Error of a run predicted from all others, SI, from the same process and with the same degrees of freedom."""
+        return float(np.sqrt((self._missed[0] ** 2).sum() / self.degrees_of_freedom))
 
     @cached_property
     def left_out(self) -> LeftOut:
