@@ -39,8 +39,8 @@ SEED = 1  # of these places
 # so wide that the runs alone decide.
 WIDE = 10.0
 # Bounds of lengths, sizes and noises (variances), in the same units: a length beyond them is a straight line, or a
-# noise. A dozen runs do not tell a noise of less than 0.3 % of their deviation from bending: with a bound of 1e-8 in its
-# place intervals of 95 % over 16 points of 36 made-up laws with scatter held 87 % of unseen ones, with 1e-5 92 %.
+# noise. A dozen runs do not tell a noise of less than 0.3 % of their deviation from bending: with a bound of 1e-8
+# intervals of 95 % over 16 points of 36 made-up laws with scatter held 87 % of unseen ones, with 1e-5 92 %.
 LENGTHS, SIZES, NOISES = (0.05, 20.0), (1e-4, 1e2), (1e-5, 1.0)
 
 

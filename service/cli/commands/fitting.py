@@ -136,9 +136,8 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     bends, noise = (f"{each.value * shown.factor:.2g}{unit}" for each in made.deviations)
     print(f"  kernel: {KERNEL}, most likely:")
     print(f"  lengths over the range of the input: {lengths}; bends {bends}; noise {noise}")
-    print(
-        f"  intervals: its deviation times {made.scale:.2g}, Student's t with {made.degrees_of_freedom} degrees of freedom"
-    )
+    freedom = f"{made.degrees_of_freedom} degrees of freedom"
+    print(f"  intervals: its deviation times {made.scale:.2g}, Student's t with {freedom}")
     columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
     rows = [
         (
