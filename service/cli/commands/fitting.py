@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
     from studies.fits.indices import InputIndices, SobolIndex
     from studies.fits.measured import MeasuredShots
-    from studies.fits.surrogate import Prediction, SampledNumber, Surrogate
+    from studies.fits.surrogate import Prediction, Surrogate
 
 app = typer.Typer()
 
@@ -122,7 +122,7 @@ def surrogate(
 
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
-    from studies.fits.surrogate import KERNEL, SAMPLES
+    from studies.fits.surrogate import KERNEL
 
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
@@ -132,10 +132,12 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
         print(f"  left out: run {id[:SHORT_ID]}, {reason}")
     if len(runs.left_out) > MOST_LISTED:
         print(f"  left out: {len(runs.left_out) - MOST_LISTED} others; --json names all")
-    lengths = ", ".join(f"{each.name.replace('_', ' ')} {_range_of(each)}" for each in made.lengths)
-    bends, noise = (f"{_range_of(each, shown.factor)}{unit}" for each in made.deviations)
-    print(f"  kernel: {KERNEL}; {SAMPLES} samples, median and 95 % of them:")
+    lengths = ", ".join(f"{each.name.replace('_', ' ')} {each.value:.2g}" for each in made.lengths)
+    bends, noise = (f"{each.value * shown.factor:.2g}{unit}" for each in made.deviations)
+    print(f"  kernel: {KERNEL}, most likely:")
     print(f"  lengths over the range of the input: {lengths}; bends {bends}; noise {noise}")
+    freedom = f"{made.degrees_of_freedom} degrees of freedom"
+    print(f"  intervals: its deviation times {made.scale:.2g}, Student's t with {freedom}")
     columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
     rows = [
         (
@@ -161,10 +163,6 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
         ("axis", "by itself", "with interactions"),
         ((each.name, _index(each.first), _index(each.total)) for each in indices),
     )
-
-
-def _range_of(number: "SampledNumber", factor: float = 1.0) -> str:
-    return f"{number.median * factor:.2g} ({number.low * factor:.2g} to {number.high * factor:.2g})"
 
 
 def _index(index: "SobolIndex") -> str:

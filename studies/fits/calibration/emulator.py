@@ -12,7 +12,7 @@ from studies.cubes.growing import still_growing
 from studies.cubes.variable import variable_name
 from studies.fits.calibration.design import names_of_axes
 from studies.fits.calibration.shots import SIZES
-from studies.fits.surrogate import Surrogate, SurrogateInput, TypicalProcess, check_extra, runs_of
+from studies.fits.surrogate import Surrogate, SurrogateInput, check_extra, runs_of
 
 # Added to a strain before its logarithm is taken, in which the process is nearly a straight line: what is smaller
 # cannot be read, 0.1 mm of 25.
@@ -36,7 +36,7 @@ class Emulator(Protocol):
 class BarEmulator:
     """One quantity of a sweep of bars."""
 
-    process: TypicalProcess
+    process: Surrogate
     error: float
     runs: int
     not_used: Mapping[str, int]  # runs that do not count, by reason
@@ -71,7 +71,7 @@ def _emulator(dataset: xr.Dataset, diameter: float, quantity: str) -> BarEmulato
     growing = still_growing(dataset)
     kept = np.isfinite(values) & [id not in growing for id in runs.ids]
     used = replace(runs, unit="1", inputs=inputs, places=_inputs(places)[kept], values=values[kept])
-    process = Surrogate(used).typical
+    process = Surrogate(used)
     others = {STILL: int((~kept).sum())} if not kept.all() else {}
     return BarEmulator(process, process.error, int(kept.sum()), {**runs.not_used, **others})
 

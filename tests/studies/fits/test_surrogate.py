@@ -124,8 +124,9 @@ def test_command__prints_errors_indices_and_a_prediction(
     assert [each["run"] for each in plain["left_out"]["runs"]] == cube.run_id.values[1:].tolist()
     (length,), (bends, noise) = (plain["covariance"][name] for name in ("lengths_over_ranges", "deviations"))
     assert length["name"] == "speed"
-    for number in (length, bends, noise):
-        assert 0.0 < number["low"] < number["median"] < number["high"]
+    assert all(number["value"] > 0.0 for number in (length, bends, noise))
+    assert plain["intervals"]["scale"] > 0.0
+    assert plain["intervals"]["degrees_of_freedom"] == 2
     prediction = plain["prediction"]
     truth = 1e-3 * 5.5**0.6 + 3e-4 * np.sin(5.5)
     assert abs(prediction["value"] - truth) <= prediction["interval"]
