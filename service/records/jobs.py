@@ -231,7 +231,7 @@ class SweepStatus:
     cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
     pinned: datetime | None = field(metadata=described("when it was pinned; a pinned sweep is not deleted"))
     finished: datetime | None
-    physics: int | None = field(metadata=described("version of the physics that computes it; null: not noted"))
+    physics: int = field(metadata=described("version of the physics that computes it"))
     renewed: datetime | None = field(
         metadata=described("when it was expanded anew: a newer physics computes all its points")
     )

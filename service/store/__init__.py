@@ -55,6 +55,7 @@ class Store:
         """
         database = Database(url)
         try:
+            database.check_origin()
             if migrate:
                 database.migrate()
             else:
@@ -68,7 +69,14 @@ class Store:
     def revision(url: str) -> str | None:
         """The revision of a store's tables, None for an empty database; raises StoreUnavailable."""
         with closing(Database(url)) as database:
+            database.check_origin()
             return database.revision()
+
+    @staticmethod
+    def check_origin(url: str) -> None:
+        """Raise StoreUnavailable for an SQLite file that another version made; to be called before it is locked."""
+        with closing(Database(url)) as database:
+            database.check_origin()
 
     def close(self) -> None:
         self.database.close()

@@ -35,7 +35,7 @@ from service.store.tables import (
 )
 
 FAILURE = "NotAccepted"
-ASIDE = " (results of {physics})"  # behind name and title of a sweep
+ASIDE = " (results of physics {})"  # behind name and title of a sweep
 MOST_OF_NAME = 160  # characters: with what is behind it, less than a document may have
 
 _OF_OTHER = (
@@ -48,10 +48,9 @@ _OF_OTHER = (
 
 def _is_outdated(physics: int) -> sa.ColumnElement[bool]:
     """The sweep waits for runs of an older physics, or has runs that this physics refused to compute."""
-    is_older = SWEEPS.c.physics.is_(None) | (SWEEPS.c.physics < physics)
-    waits = is_older & PUBLICATIONS.c.state.in_([State.WAITING])
-    has_refused = PUBLICATIONS.c.state.in_([State.WAITING, State.QUEUED]) & _OF_OTHER
-    return SWEEPS.c.cancelled.is_(None) & (waits | (has_refused & (is_older | (SWEEPS.c.physics == physics))))
+    waits = (SWEEPS.c.physics < physics) & PUBLICATIONS.c.state.in_([State.WAITING])
+    has_refused = (SWEEPS.c.physics <= physics) & PUBLICATIONS.c.state.in_([State.WAITING, State.QUEUED]) & _OF_OTHER
+    return SWEEPS.c.cancelled.is_(None) & (waits | has_refused)
 
 
 class Renewals:
@@ -66,11 +65,11 @@ class Renewals:
         with self._database.reading() as connection:
             return tuple(connection.scalars(query.where(_is_outdated(physics)).order_by(SWEEPS.c.number)))
 
-    def physics_of(self, id: str) -> int | None:
-        """The physics that expanded a sweep; None: it was not noted. Raises NotFound."""
+    def physics_of(self, id: str) -> int:
+        """The physics that expanded a sweep; raises NotFound."""
         with self._database.reading() as connection:
             query = sa.select(SWEEPS.c.physics).where(SWEEPS.c.id == id)
-            physics: int | None = one_row(connection, query, "sweep", id).physics
+            physics: int = one_row(connection, query, "sweep", id).physics
             return physics
 
     def coordinates(self, id: str) -> tuple[tuple[dict[str, float | str], str], ...]:
@@ -139,8 +138,7 @@ def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -
         older: str | None = row.older
         return older
     id = uuid.uuid4().hex
-    physics = "an older physics" if row.physics is None else f"physics {row.physics}"
-    called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(physics=physics) for key in ("name", "title")}
+    called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(row.physics) for key in ("name", "title")}
     own = {**row._mapping, **called, "id": id, "document": {**row.document, **called}, "cancelled": moment}
     del own["number"]
     connection.execute(SWEEPS.insert().values(own))

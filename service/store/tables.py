@@ -43,7 +43,7 @@ JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
 # As alembic has it, which need not be imported to make tables.
 REVISIONS = sa.Table("alembic_version", sa.MetaData(), sa.Column("version_num", sa.String(32), primary_key=True))
-REVISION = "0012"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0.1.0"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -63,7 +63,7 @@ SWEEPS = sa.Table(
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("cancelled", UtcTime),
     sa.Column("pinned", UtcTime),  # since when it is kept from deletion
-    sa.Column("physics", sa.Integer),  # version by which its points were expanded; null: before it was noted
+    sa.Column("physics", sa.Integer, nullable=False),  # version by which its points were expanded
     sa.Column("renewed", UtcTime),  # when they were expanded anew, by a newer version
     sa.Column("older", sa.String(32)),  # id of the sweep that has its results of older versions
     sa.Index("sweeps_digest", "digest"),
