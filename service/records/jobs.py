@@ -114,6 +114,7 @@ ACTIVE = frozenset(State) - TERMINAL
 RUN_STATES = tuple(state for state in State if state is not State.WAITING)
 SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
 
+# What may follow what; ``service.store.transitions`` has the moves.
 MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
     # To all but itself and ``cancelling``: what has a result already goes back to it.

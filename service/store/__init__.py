@@ -1,9 +1,9 @@
 """The only room with a database connection: ``Store`` holds an object for each kind of row.
 
 Each of them has the commands and the queries about its rows, and a query about several kinds is with the one that it
-answers for. ``tables`` says what is stored, ``connection`` how writers follow one another. One text serves SQLite and
-PostgreSQL. Records that go in and out are those of ``service.records.jobs``; each update of a state names the states
-that it may start from. Called by queue, API and command line.
+answers for. ``tables`` says what is stored, ``connection`` how writers follow one another, ``transitions`` how a job
+moves from state to state. One text serves SQLite and PostgreSQL. Records that go in and out are those of
+``service.records.jobs``. Called by queue, API and command line.
 """
 
 from collections.abc import Callable

@@ -199,9 +199,7 @@ def test_data_directory__of_an_earlier_version_is_refused_by_every_command_and_n
         lambda: Store.revision(settings.url),
     ]
     for command in commands:
-        with pytest.raises(
-            StoreUnavailable, match=r"revision 0012.* nothing was changed: keep it .*new data dir"
-        ):
+        with pytest.raises(StoreUnavailable, match=r"revision 0012.* nothing was changed: keep it .*new data dir"):
             command()
         assert described(data) == before
 
