@@ -90,6 +90,7 @@ def run_sweep(
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
     retention = _retention(keep)
     check_names(settings)
+    Store.check_origin(settings.url)
     held = held_in(folder)
     if held is not None and not overwrite:
         check_same(folder, held, sweep.document())
@@ -126,6 +127,7 @@ def run_sweeps(
     limits = SweepLimits(max_runs=settings.max_runs)
     sweeps = {name: Sweep.parse(document, limits) for name, document in documents.items()}
     check_names(settings)
+    Store.check_origin(settings.url)
     with handling_end_signals() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
             identity.settle(settings, store)
@@ -221,9 +223,6 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path, *, ever
         # Parts of a copy that was killed.
         for part in folder.glob(f".{name}.{PART}"):
             part.unlink(missing_ok=True)
-        if name not in sources:  # an earlier version published the sweep
-            (folder / name).unlink(missing_ok=True)
-            continue
         source = sources[ALL_RUNS_CSV if every_column and name == RUNS_CSV else name]
         artifacts.copy_out(source, folder, name)
 

@@ -295,14 +295,9 @@ class SweepHandle:
         held = held_in(folder)
         if held is not None and not overwrite:
             check_same(folder, held, self.document())
-        links = self._connection.json("GET", self._path)["links"]
-        # A sweep of an earlier version may lack one of them; before there are any, the first request says why.
-        names = [name for name in SWEEP_FILES if name in links] or SWEEP_FILES
-        for name in names:
+        for name in SWEEP_FILES:
             query = "?all=true" if every_column and name == RUNS_CSV else ""
             self._connection.download(f"{self._path}/{name}{query}", folder / name)
-        for name in {*SWEEP_FILES} - {*names}:  # of the sweep that was here before
-            (folder / name).unlink(missing_ok=True)
         return folder
 
     def fetch_archive(self, file: str | Path) -> Path:

@@ -114,6 +114,7 @@ ACTIVE = frozenset(State) - TERMINAL
 RUN_STATES = tuple(state for state in State if state is not State.WAITING)
 SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
 
+# What may follow what; ``service.store.transitions`` has the moves.
 MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
     # To all but itself and ``cancelling``: what has a result already goes back to it.
@@ -231,7 +232,7 @@ class SweepStatus:
     cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
     pinned: datetime | None = field(metadata=described("when it was pinned; a pinned sweep is not deleted"))
     finished: datetime | None
-    physics: int | None = field(metadata=described("version of the physics that computes it; null: not noted"))
+    physics: int = field(metadata=described("version of the physics that computes it"))
     renewed: datetime | None = field(
         metadata=described("when it was expanded anew: a newer physics computes all its points")
     )

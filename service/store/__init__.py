@@ -1,9 +1,9 @@
 """The only room with a database connection: ``Store`` holds an object for each kind of row.
 
 Each of them has the commands and the queries about its rows, and a query about several kinds is with the one that it
-answers for. ``tables`` says what is stored, ``connection`` how writers follow one another. One text serves SQLite and
-PostgreSQL. Records that go in and out are those of ``service.records.jobs``; each update of a state names the states
-that it may start from. Called by queue, API and command line.
+answers for. ``tables`` says what is stored, ``connection`` how writers follow one another, ``transitions`` how a job
+moves from state to state. One text serves SQLite and PostgreSQL. Records that go in and out are those of
+``service.records.jobs``. Called by queue, API and command line.
 """
 
 from collections.abc import Callable
@@ -55,6 +55,7 @@ class Store:
         """
         database = Database(url)
         try:
+            database.check_origin()
             if migrate:
                 database.migrate()
             else:
@@ -68,7 +69,14 @@ class Store:
     def revision(url: str) -> str | None:
         """The revision of a store's tables, None for an empty database; raises StoreUnavailable."""
         with closing(Database(url)) as database:
+            database.check_origin()
             return database.revision()
+
+    @staticmethod
+    def check_origin(url: str) -> None:
+        """Raise StoreUnavailable for an SQLite file that another version made; to be called before it is locked."""
+        with closing(Database(url)) as database:
+            database.check_origin()
 
     def close(self) -> None:
         self.database.close()

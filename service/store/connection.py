@@ -78,11 +78,13 @@ class Database:
         self._mutex = threading.Lock()  # writers of this process wait without a connection
         self.listeners: list[Callable[[], object]] = []  # called after each command
         self._file: OpenFile | None = None
+        is_file = self.is_sqlite and self.url.database not in (None, "", ":memory:")
+        self._path = Path(str(self.url.database)) if is_file else None
         if self.is_sqlite:
             self._engine = sa.create_engine(self.url, **CONNECTIONS)
             self._readers = self._engine.execution_options(writes=False)
-            if self.url.database not in (None, "", ":memory:"):
-                self._file = _watched(self._engine, OpenFile(Path(self.url.database)))
+            if self._path is not None:
+                self._file = _watched(self._engine, OpenFile(self._path))
             sa.event.listen(self._engine, "connect", _prepare_sqlite)
             sa.event.listen(self._engine, "begin", _begin_sqlite)
         else:
@@ -129,8 +131,8 @@ class Database:
 
         Tables of an unknown revision are refused.
         """
-        if self.is_sqlite and self.url.database not in (None, "", ":memory:"):
-            _make_private(Path(self.url.database))
+        if self._path is not None:
+            _make_private(self._path)
         if self.revision() == self._newest:
             return
         with self._alone(), _transaction(self._engine) as connection:
@@ -152,6 +154,12 @@ class Database:
                 raise self._refusal(present)
             owned_bytes.install(connection)
 
+    def check_origin(self) -> None:
+        """Raise StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision."""
+        present = None if self._path is None else _revision_of(self._path)
+        if present not in (None, self._newest) and present not in self._revisions():
+            raise self._refusal(present)
+
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
         present = self.revision()
@@ -172,12 +180,11 @@ class Database:
 
     def _refusal(self, present: str | None) -> StoreUnavailable:
         place = self.url.database if self.is_sqlite else self.url.render_as_string()
-        older = self._revisions()[1:]
-        cure = "start in a new data directory and database; whipple.open_cube still reads its cubes"
-        if present in (None, *older):
-            cure = "start the service, which updates the tables"
         problem = f"{place} has tables of revision {present}, and this version needs {self._newest}"
-        return StoreUnavailable(f"{problem}: {cure}")
+        if present in (None, *self._revisions()):
+            return StoreUnavailable(f"{problem}: start the service, which updates the tables")
+        cure = "keep it with its data directory, and start with a new data directory and database"
+        return StoreUnavailable(f"{problem}; nothing was changed: {cure}; whipple.open_cube still reads its cubes")
 
     def _alembic(self) -> Any:
         from alembic import config
@@ -289,6 +296,19 @@ def _revision(connection: sa.Connection) -> str | None:
     if not sa.inspect(connection).has_table(REVISIONS.name):
         return None
     return connection.scalar(sa.select(REVISIONS.c.version_num))
+
+
+def _revision_of(file: Path) -> str | None:
+    """The revision of the tables in an SQLite file, which is only read; None where it has none, or is being written.
+
+    First without the log beside it, which any other connection may write into the file; a log may have the only tables.
+    """
+    for how in ("mode=ro&immutable=1", "mode=ro"):
+        address = f"{file.absolute().as_uri()}?{how}"
+        with suppress(sqlite3.Error), closing(sqlite3.connect(address, uri=True)) as connection:
+            for (revision,) in connection.execute(f"SELECT version_num FROM {REVISIONS.name}"):
+                return str(revision)
+    return None
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

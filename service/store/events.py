@@ -7,9 +7,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import AuditEntry, Event, Lease, State
+from service.records.jobs import AuditEntry, Event, Lease
 from service.store.connection import Database
-from service.store.tables import AUDIT, EVENTS, JOBS, runs_of
+from service.store.tables import AUDIT, EVENTS, runs_of
 
 log = logging.getLogger(__name__)
 
@@ -97,13 +97,3 @@ def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases
         for lease in leases
     ]
     connection.execute(EVENTS.insert(), rows)
-
-
-def outdate_publications(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> tuple[str, ...]:
-    """Let those publications, among ``which``, wait again that were made or are about to be; return their sweeps."""
-    stale = JOBS.update().where(which, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING, State.QUEUED]))
-    stale = stale.values(state=State.WAITING, crashes=0)
-    sweep_ids = tuple(connection.scalars(stale.returning(JOBS.c.sweep_id)))
-    for sweep_id in sweep_ids:
-        log_event(connection, moment, "outdated", sweep_id=sweep_id)
-    return sweep_ids

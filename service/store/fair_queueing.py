@@ -11,16 +11,12 @@ run that changes its queue keeps its distance from the virtual time of the queue
 
 import heapq
 from collections import deque
-from collections.abc import Sequence
-from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import ACTIVE, KEPT_BY, Keep, Kind, Lease, State, at_least
+from service.records.jobs import ACTIVE, Kind, State
 from service.store.tables import (
-    ARTIFACTS,
-    HAS_RESULT,
     IS_QUEUED,
     JOBS,
     POINTS,
@@ -28,14 +24,9 @@ from service.store.tables import (
     SHARES,
     SWEEPS,
     StatementRow,
-    ended_by_accident,
-    hold_publications,
     insert_into,
-    invalidate_tallies,
     runs_of,
-    unless_result,
 )
-from studies.quantities.files import FILM
 
 LAST = 1e300  # a virtual time after every other
 
@@ -112,55 +103,6 @@ def take_due(connection: sa.Connection, limit: int, *conditions: sa.ColumnElemen
         if len(due) == limit:
             break
     return due
-
-
-def queue_again(
-    connection: sa.Connection, sweep_id: str, moment: datetime, *, verdicts: bool, among: Sequence[str] | None = None
-) -> int:
-    """Queue the runs of a sweep that ended by accident, with fresh budgets; return their number.
-
-    ``among`` are the ids of those that are looked at, by default all.
-
-    The same happens to those that succeeded and lack a file that the sweep keeps. A result, or a verdict, stays until
-    it is replaced: other sweeps may have it. ``schedule`` gives the runs their virtual times.
-    """
-    own = runs_of(sweep_id)
-    if among is not None:
-        own = own.where(POINTS.c.run_id.in_(among))
-    row = sa.select(SWEEPS.c.priority, SWEEPS.c.owner, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
-    priority, owner, keep = connection.execute(row).one()
-    again = JOBS.c.id.in_(own) & sa.or_(ended_by_accident(verdicts=verdicts), lacks_a_file(keep))
-    without_result = sa.select(JOBS.c.id).where(again, sa.not_(HAS_RESULT))
-    connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(without_result)))
-    queue = JOBS.update().where(again).values(state=State.QUEUED, queued=moment, crashes=0)
-    queue = queue.values(priority=priority, owner=owner, virtual_time=LAST, crash_step=None)
-    queue = queue.values(fraction=None, finished=None)
-    queue = queue.values(unless_result(cause=None, failure=None, reason=None))
-    count = connection.execute(queue).rowcount
-    invalidate_tallies(connection, count)
-    less = JOBS.update().where(JOBS.c.id.in_(own), JOBS.c.keep.not_in(at_least(keep)))
-    connection.execute(less.values(keep=keep))
-    using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(own))
-    hold_publications(connection, JOBS.c.sweep_id.in_(using))
-    return count
-
-
-def lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
-    """The run has a result, and lacks a file of this retention."""
-    is_less = JOBS.c.state.in_([State.SUCCEEDED]) & JOBS.c.keep.not_in(at_least(keep))
-    names = [name for name, least in KEPT_BY.items() if keep in at_least(least)]
-    there = sa.select(sa.func.count()).where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name.in_(names))
-    return is_less & (there.correlate(JOBS).scalar_subquery() < len(names))
-
-
-def queue_for_film(connection: sa.Connection, lease: Lease, moment: datetime) -> None:
-    """Queue a run that has just got its result again, if a sweep that joined it asked for a film."""
-    if lease.keep is not Keep.FILM:
-        is_wanted = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
-        film = sa.exists().where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name == FILM)
-        again = JOBS.update().where(JOBS.c.id == lease.id, is_wanted, sa.not_(film))
-        fresh = {"crashes": 0, "crash_step": None, "fraction": None, "finished": None}
-        connection.execute(again.values(state=State.QUEUED, queued=moment, **fresh))
 
 
 def schedule(connection: sa.Connection, sweep_id: str) -> None:

@@ -1,10 +1,9 @@
 """Leases on jobs: given to the dispatcher, adopted by its successor, ended with the result of the attempt.
 
-Every update names job, attempt and term, and has no effect (it returns False, or None) unless they are
-the last ones of the job: an attempt that was given up cannot overwrite the work of its successor.
+Each method is one transaction: the move of the job (``transitions``), its files, its event and the counts. An attempt
+that is no longer the last one of its job has no effect (False, or None).
 """
 
-import secrets
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -12,10 +11,11 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import RUN_SECONDS, Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
+from service.records.jobs import RUN_SECONDS, Cause, CrashCount, Keep, Lease, Result, State, Stored
+from service.store import transitions
 from service.store.connection import Database
-from service.store.events import log_attempts, outdate_publications
-from service.store.fair_queueing import IS_WANTED, queue_for_film, schedule, take_due
+from service.store.events import log_attempts
+from service.store.fair_queueing import schedule, take_due
 from service.store.tables import (
     ARTIFACTS,
     CAUSES,
@@ -29,42 +29,9 @@ from service.store.tables import (
     RESULTS,
     TERMS,
     StatementRow,
-    given_up,
-    hold_publications,
     insert_into,
     now,
-    release_publications,
-    retention_if,
-    unless_result,
 )
-
-LEASE_COLUMNS = [JOBS.c[field] for field in Lease.__dataclass_fields__]
-# Columns of a job that say how far its attempt is.
-NO_PROGRESS = dict.fromkeys(("fraction", "progress", "seconds"), sa.null())
-
-
-def _is_held(id: Any, attempt: Any, term: Any) -> sa.ColumnElement[bool]:
-    return sa.and_(
-        JOBS.c.id == id,
-        JOBS.c.attempt == attempt,
-        JOBS.c.term == term,
-        # Not IN: a list of states cannot be executed for many leases at once.
-        sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
-    )
-
-
-def is_held(lease: Lease) -> sa.ColumnElement[bool]:
-    """The lease is the last one of its job, and the attempt has not ended."""
-    return _is_held(lease.id, lease.attempt, lease.term)
-
-
-# ``is_held`` for many leases at once, each with the parameters of ``held_by``.
-IS_HELD = _is_held(*(sa.bindparam(f"held_{name}") for name in ("id", "attempt", "term")))
-
-
-def held_by(lease: Lease) -> dict[str, Any]:
-    """Parameters of IS_HELD."""
-    return {"held_id": lease.id, "held_attempt": lease.attempt, "held_term": lease.term}
 
 
 class Leases:
@@ -96,8 +63,7 @@ class Leases:
                 due += take_due(connection, limit - len(due), *is_due)
             if not due:
                 return ()
-            rows = connection.execute(_begin_attempts(due, term).returning(*LEASE_COLUMNS))
-            leases = tuple(sorted(map(lease_record, rows), key=lambda lease: due.index(lease.id)))
+            leases = tuple(sorted(transitions.claim(connection, due, term), key=lambda lease: due.index(lease.id)))
             log_attempts(connection, moment, "started", *leases)
         return leases
 
@@ -106,61 +72,52 @@ class Leases:
         with self._database.writing() as connection:
             if connection.execute(_standing(term)).one().has_ended:
                 return None
-            update = JOBS.update().where(is_held(lease)).values(term=term)
-            row = connection.execute(update.returning(*LEASE_COLUMNS)).first()
-            if row is None:
+            renewed = transitions.renew_lease(connection, lease, term)
+            if renewed is None:
                 return None
             log_attempts(connection, now(), "adopted", lease)
-        return _running(row)
+        return _running(renewed)
 
     def held(self) -> tuple[Lease, ...]:
         """Every job that is running or being stopped, whatever the term of its lease."""
         with self._database.reading() as connection:
-            rows = connection.execute(sa.select(*LEASE_COLUMNS).where(IS_UNDER_WAY))
-            return tuple(_running(row) for row in rows)
+            rows = connection.execute(sa.select(*transitions.LEASE_COLUMNS).where(IS_UNDER_WAY))
+            return tuple(_running(transitions.lease_record(row)) for row in rows)
 
     # --- progress --------------------------------------------------------------------------------
 
     def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
         """Note the last message about each of these attempts, and the step of its last checkpoint."""
-        progress = {name: sa.bindparam(f"new_{name}", type_=JOBS.c[name].type) for name in NO_PROGRESS}
-        rows = [
-            {
-                **held_by(lease),
-                "new_fraction": float(message.get("fraction") or 0.0),
-                "new_seconds": float(message["seconds"]),
-                "new_progress": dict(message),
-            }
-            for lease, message in news
-        ]
-        saved = [
-            {**held_by(lease), "step": message["checkpoint"]} for lease, message in news if "checkpoint" in message
-        ]
         with self._database.writing() as connection:
-            if rows:
-                connection.execute(JOBS.update().where(IS_HELD).values(progress), rows)
-            if saved:
-                connection.execute(JOBS.update().where(IS_HELD).values(checkpoint=sa.bindparam("step")), saved)
+            transitions.note_progress(connection, news)
 
     # --- ends ------------------------------------------------------------------------------------
 
     def finish(self, lease: Lease, result: Result) -> bool:
-        """Register the result of a run: a success, or the solver's verdict."""
-        end: dict[str, Any] = {
-            "state": State.SUCCEEDED if result.succeeded else State.FAILED,
-            "cause": None if result.succeeded else Cause.VERDICT,
-            "failure": result.failure,
-            "reason": result.reason,
-            "summary": dict(result.summary),
-            "path": result.answer.path,
-            "size": result.answer.size,
-            "sha256": result.answer.sha256,
-            "seconds": result.seconds,
-            "fraction": 1.0,
-            "checkpoint": None,
-        }
-        event = {name: end[name] for name in ("cause", "reason") if end[name] is not None}
-        return self._end(lease, end["state"], end, files=result.files, event=event)
+        """Register the result of a run: a success, or the solver's verdict.
+
+        Publications that were made without it are made again.
+        """
+        moment = now()
+        state = State.SUCCEEDED if result.succeeded else State.FAILED
+        verdict = {} if result.succeeded else {"cause": Cause.VERDICT}
+        reason = {} if result.reason is None else {"reason": result.reason}
+        with self._database.writing() as connection:
+            had_result = connection.scalar(sa.select(HAS_RESULT).where(JOBS.c.id == lease.id))
+            run = transitions.finish(connection, lease, result, moment)
+            if run is None:
+                return False
+            register_files(connection, lease.id, result.files)
+            transitions.queue_for_film(connection, lease, moment)
+            if not had_result:
+                for id in transitions.outdate_publications(connection, moment, _is_of(lease)):
+                    schedule(connection, id)  # its other runs may be under way
+            transitions.release_publications(connection, moment, _is_of(lease))
+            log_attempts(connection, moment, state, lease, **verdict, **reason)
+            count_result(connection, run, result.seconds, succeeded=result.succeeded)
+            if not result.succeeded:
+                count_attempt(connection, Cause.VERDICT)
+        return True
 
     def fail(
         self,
@@ -176,14 +133,18 @@ class Leases:
 
         A run that had a result before goes back to it. Its checkpoint stays, for a retry.
         """
-        end = {
-            "state": sa.type_coerce(given_up(State.FAILED), JOBS.c.state.type),
-            "keep": retention_if(sa.true()),
-            **unless_result(cause=cause, failure=failure, reason=reason),
-            **_counted(crashes),
-        }
-        event = {"cause": cause, "reason": reason}
-        return self._end(lease, State.FAILED, end, files=files, event=event)
+        moment = now()
+        with self._database.writing() as connection:
+            why = {"cause": cause, "failure": failure, "reason": reason}
+            job = transitions.fail(connection, lease, moment, crashes, why)
+            if job is None:
+                return False
+            if job.path is None:  # else it went back to an earlier result
+                register_files(connection, lease.id, files)
+            transitions.release_publications(connection, moment, _is_of(lease))
+            log_attempts(connection, moment, State.FAILED, lease, cause=cause, reason=reason)
+            count_attempt(connection, cause)
+        return True
 
     def requeue(self, lease: Lease, cause: Cause, *, reason: str, crashes: CrashCount | None = None) -> State | None:
         """Put an attempt without result back into the queue, or end its job if no sweep waits for it.
@@ -191,20 +152,9 @@ class Leases:
         Returns the new state of the job; None: the attempt no longer counts. ``crashes`` are counted in its row.
         """
         moment = now()
-        ends = sa.and_(JOBS.c.kind == Kind.RUN, sa.not_(IS_WANTED))
-        state = sa.case((ends, given_up(State.CANCELLED)), else_=State.QUEUED.value)
-        put_back = (
-            JOBS.update()
-            .where(is_held(lease))
-            .values(state=sa.type_coerce(state, JOBS.c.state.type), keep=retention_if(ends))
-            .values(finished=sa.case((ends, moment), else_=sa.null()))
-            .values(NO_PROGRESS | _counted(crashes))
-            .returning(JOBS.c.state)
-        )
         with self._database.writing() as connection:
-            outcome: State | None = connection.execute(put_back).scalar()
+            outcome = transitions.requeue(connection, lease, moment, crashes)
             if outcome is State.QUEUED:
-                hold_publications(connection, JOBS.c.id == lease.id)
                 count_attempt(connection, cause)
                 log_attempts(connection, moment, "requeued", lease, cause=cause, reason=reason)
             elif outcome is not None:
@@ -214,9 +164,8 @@ class Leases:
     def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
         """Register the files of a publication, in place of earlier ones, all at once."""
         moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
         with self._database.writing() as connection:
-            if not connection.execute(JOBS.update().where(is_held(lease)).values(end)).rowcount:
+            if not transitions.publish(connection, lease, moment, seconds):
                 return False
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
             register_files(connection, lease.id, files)
@@ -224,71 +173,22 @@ class Leases:
             log_attempts(connection, moment, "published", lease, files=names)
         return True
 
-    def _end(
-        self,
-        lease: Lease,
-        state: State,
-        values: Mapping[str, Any],
-        *,
-        files: Sequence[Stored],
-        event: Mapping[str, Any],
-    ) -> bool:
-        """End a leased job, and queue the publications that waited for it alone, or were made without its result."""
-        moment = now()
-        end = JOBS.update().where(is_held(lease), JOBS.c.state.in_(before(state)))
-        with self._database.writing() as connection:
-            had_result = connection.scalar(sa.select(HAS_RESULT).where(JOBS.c.id == lease.id))
-            end = end.values(**values, finished=moment).returning(JOBS.c.path, JOBS.c.scenario, JOBS.c.cost)
-            row = connection.execute(end).first()
-            if row is None:
-                return False
-            if row.path == values.get("path"):  # else it went back to an earlier result
-                register_files(connection, lease.id, files)
-            queue_for_film(connection, lease, moment)
-            using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id, ~POINTS.c.detached)
-            if row.path and not had_result:
-                for id in outdate_publications(connection, moment, JOBS.c.sweep_id.in_(using)):
-                    schedule(connection, id)  # its other runs may be under way
-            release_publications(connection, moment, JOBS.c.sweep_id.in_(using))
-            log_attempts(connection, moment, state, lease, **event)
-            if "seconds" in values:
-                count_result(connection, row, values["seconds"], succeeded=state is State.SUCCEEDED)
-            if "cause" in event:
-                count_attempt(connection, event["cause"])
-        return True
+
+def _is_of(lease: Lease) -> sa.ColumnElement[bool]:
+    """The publication is of a sweep that the leased run counts for."""
+    using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id, ~POINTS.c.detached)
+    return JOBS.c.sweep_id.in_(using)
 
 
-def _running(row: StatementRow) -> Lease:
+def _running(lease: Lease) -> Lease:
     """The lease of an attempt under way; its process may keep less than the row demands by now."""
-    return replace(lease_record(row), keep=Keep.NUMBERS)
+    return replace(lease, keep=Keep.NUMBERS)
 
 
 def _standing(term: int) -> sa.Select[Any]:
     """Whether the queue is paused, and whether a later term has ended this one."""
     later = sa.exists().where(TERMS.c.term > term)
     return sa.select(CONTROL.c.paused, later.label("has_ended"))
-
-
-def _begin_attempts(ids: Sequence[str], term: int) -> sa.Update:
-    """Begin an attempt of each of these jobs."""
-    return (
-        JOBS.update()
-        .where(JOBS.c.id.in_(ids))
-        .values(state=State.RUNNING, attempt=JOBS.c.attempt + 1, term=term)
-        .values(token=secrets.token_hex(4), started=now(), **NO_PROGRESS)
-    )
-
-
-def _counted(crashes: CrashCount | None) -> dict[str, Any]:
-    """The columns of the crashes of a job; none where no crash is counted."""
-    return {} if crashes is None else {"crashes": crashes.crashes, "crash_step": crashes.step}
-
-
-def wait_again(connection: sa.Connection, lease: Lease, *conditions: sa.ColumnElement[bool]) -> bool:
-    """End the attempt of a leased publication: it waits for runs again. False: the attempt no longer counts."""
-    wait = JOBS.update().where(is_held(lease), *conditions).values(NO_PROGRESS)
-    wait = wait.values(state=State.WAITING, unfinished_point=sa.null(), finished=sa.null())
-    return connection.execute(wait).rowcount > 0
 
 
 def count_result(connection: sa.Connection, run: StatementRow, seconds: float, *, succeeded: bool) -> None:
@@ -315,9 +215,3 @@ def register_files(connection: sa.Connection, job_id: str, files: Iterable[Store
         same = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
         connection.execute(same.where(ARTIFACTS.c.name.in_(names)))
         connection.execute(ARTIFACTS.insert(), rows)
-
-
-def lease_record(row: StatementRow) -> Lease:
-    """A lease from a row with LEASE_COLUMNS."""
-    values = {field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__}
-    return Lease(**{**values, "spec": values["spec"] or {}})

@@ -12,10 +12,10 @@ import sqlalchemy as sa
 
 from service.files.lost_results import Loss, TooManyLost, first_runs
 from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
-from service.store import fair_queueing
+from service.store import fair_queueing, transitions
 from service.store.connection import Database
-from service.store.events import log_attempts, log_event, outdate_publications
-from service.store.leases import count_attempt, wait_again
+from service.store.events import log_attempts, log_event
+from service.store.leases import count_attempt
 from service.store.tables import (
     ARTIFACTS,
     CONTROL,
@@ -28,31 +28,15 @@ from service.store.tables import (
     invalidate_tallies,
     now,
     one_row,
-    release_publications,
     runs_of,
     stored_record,
-    unless_result,
 )
 
-FAILURE = "ResultLost"
-REASON = "its registered result was lost or damaged"
 LOST = "lost"  # kind of the event of a forgotten result
 MOST_AT_ONCE, AT_ONCE = 5, timedelta(minutes=1)  # results that may be forgotten within this time
 MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; MOST_AT_ONCE at least
 
 SweepIds = Sequence[str] | sa.Select[tuple[str]]  # themselves, or a query of them
-
-# Only rows that still have the results that were found to be lost.
-_FORGET = (
-    JOBS.update()
-    .where(JOBS.c.id == sa.bindparam("run"), JOBS.c.sha256 == sa.bindparam("was"))
-    # Not IN: the statement runs for many at once.
-    .where(sa.or_(*(JOBS.c.state == state for state in TERMINAL)))
-    .values(state=State.FAILED, cause=Cause.ERROR, failure=FAILURE, reason=REASON)
-    .values(dict.fromkeys(("path", "size", "sha256", "summary", "seconds"), sa.null()))
-    .values(crashes=JOBS.c.crashes + 1, crash_step=None)
-)
-_IS_FORGOTTEN = JOBS.c.failure == FAILURE
 
 
 class Publications:
@@ -102,7 +86,7 @@ class Publications:
         moment = now()
         reason = f"results of {len(losses)} runs are lost"
         with self._database.writing() as connection:
-            if not wait_again(connection, lease):
+            if not transitions.wait_again(connection, lease):
                 return False
             _check_limits(connection, moment, losses)
             _forget_results(connection, moment, losses, most)
@@ -126,7 +110,7 @@ class Publications:
                 return job is not None
             using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == job.id, ~POINTS.c.detached)
             own = [job.sweep_id] if job.kind is Kind.PUBLISH else using if job.path else []
-            marked = outdate_publications(connection, moment, JOBS.c.sweep_id.in_(own))
+            marked = transitions.outdate_publications(connection, moment, JOBS.c.sweep_id.in_(own))
             losses = [Loss(job.id, damaged.path, damaged.sha256)]
             if job.path == damaged.path:
                 _check_limits(connection, moment, losses)
@@ -143,20 +127,20 @@ def _forget_results(connection: sa.Connection, moment: datetime, losses: Sequenc
     A cancelled sweep is published without them, and so is every sweep with a result that was lost ``most`` times.
     """
     ids = [loss.run_id for loss in losses]
-    connection.execute(_FORGET, [{"run": loss.run_id, "was": loss.sha256} for loss in losses])
+    transitions.forget_results(connection, {loss.run_id: loss.sha256 for loss in losses})
     cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
     for batch in batches(ids):
-        gone = JOBS.c.id.in_(batch) & _IS_FORGOTTEN
+        gone = JOBS.c.id.in_(batch) & (JOBS.c.failure == transitions.RESULT_LOST)
         files = sa.select(JOBS.c.id).where(gone)
         connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
         of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
         connection.execute(of_cancelled.values(detached=True))
         sharing = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(batch))
         due = JOBS.c.sweep_id.in_(sharing.where(~POINTS.c.detached)) & (JOBS.c.state != State.SUCCEEDED)
-        outdate_publications(connection, moment, due)
+        transitions.outdate_publications(connection, moment, due)
         _compute_again(connection, moment, sharing, gone & (JOBS.c.crashes < most))
     for id in ids:
-        log_event(connection, moment, LOST, job_id=id, reason=REASON)
+        log_event(connection, moment, LOST, job_id=id, reason=transitions.LOST_REASON)
 
 
 def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[Loss]) -> None:
@@ -189,13 +173,10 @@ def _compute_again(connection: sa.Connection, moment: datetime, sweeps: SweepIds
 
     Of ``sweeps`` those that wait for no run are published.
     """
-    again = JOBS.update().where(which, fair_queueing.IS_WANTED).values(state=State.QUEUED, queued=moment)
-    again = again.values({**fair_queueing.MOVED, "virtual_time": fair_queueing.LAST})
-    again = again.values(unless_result(cause=None, failure=None, reason=None))
-    queued = connection.execute(again.values(fraction=sa.null(), finished=sa.null())).rowcount
+    queued = transitions.compute_again(connection, moment, which)
     invalidate_tallies(connection, 1)
     waiting = JOBS.c.sweep_id.in_(sweeps) & (JOBS.c.state == State.WAITING)
     for id in connection.scalars(sa.select(JOBS.c.sweep_id).where(waiting)).all():
         fair_queueing.schedule(connection, id)
-    release_publications(connection, moment, waiting)
+    transitions.release_publications(connection, moment, waiting)
     return queued

@@ -14,15 +14,14 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.expansion import ExpandedSweep
-from service.records.jobs import Cause, State
+from service.records.jobs import State
+from service.store import transitions
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.submission import add_points, publication_row
-from service.store.sweeps import detach, give_up, wait_for_runs
 from service.store.tables import (
     HAS_RESULT,
     JOBS,
-    OF_OTHER_PHYSICS,
     POINTS,
     PUBLICATIONS,
     SWEEPS,
@@ -30,28 +29,29 @@ from service.store.tables import (
     invalidate_tallies,
     now,
     one_row,
-    release_publications,
     runs_of,
 )
+from studies.runs.results import OTHER_PHYSICS
 
 FAILURE = "NotAccepted"
-ASIDE = " (results of {physics})"  # behind name and title of a sweep
+ASIDE = " (results of physics {})"  # behind name and title of a sweep
 MOST_OF_NAME = 160  # characters: with what is behind it, less than a document may have
 
+# The run was submitted to another version, which alone gives its numbers: this one refused to compute it.
+_OF_OTHER_PHYSICS = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.failure == OTHER_PHYSICS)
 _OF_OTHER = (
     sa.select(POINTS)
     .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
-    .where(POINTS.c.sweep_id == SWEEPS.c.id, POINTS.c.detached.is_(False), OF_OTHER_PHYSICS)
+    .where(POINTS.c.sweep_id == SWEEPS.c.id, POINTS.c.detached.is_(False), _OF_OTHER_PHYSICS)
     .exists()
 )
 
 
 def _is_outdated(physics: int) -> sa.ColumnElement[bool]:
     """The sweep waits for runs of an older physics, or has runs that this physics refused to compute."""
-    is_older = SWEEPS.c.physics.is_(None) | (SWEEPS.c.physics < physics)
-    waits = is_older & PUBLICATIONS.c.state.in_([State.WAITING])
-    has_refused = PUBLICATIONS.c.state.in_([State.WAITING, State.QUEUED]) & _OF_OTHER
-    return SWEEPS.c.cancelled.is_(None) & (waits | (has_refused & (is_older | (SWEEPS.c.physics == physics))))
+    waits = (SWEEPS.c.physics < physics) & PUBLICATIONS.c.state.in_([State.WAITING])
+    has_refused = (SWEEPS.c.physics <= physics) & PUBLICATIONS.c.state.in_([State.WAITING, State.QUEUED]) & _OF_OTHER
+    return SWEEPS.c.cancelled.is_(None) & (waits | has_refused)
 
 
 class Renewals:
@@ -66,11 +66,11 @@ class Renewals:
         with self._database.reading() as connection:
             return tuple(connection.scalars(query.where(_is_outdated(physics)).order_by(SWEEPS.c.number)))
 
-    def physics_of(self, id: str) -> int | None:
-        """The physics that expanded a sweep; None: it was not noted. Raises NotFound."""
+    def physics_of(self, id: str) -> int:
+        """The physics that expanded a sweep; raises NotFound."""
         with self._database.reading() as connection:
             query = sa.select(SWEEPS.c.physics).where(SWEEPS.c.id == id)
-            physics: int | None = one_row(connection, query, "sweep", id).physics
+            physics: int = one_row(connection, query, "sweep", id).physics
             return physics
 
     def coordinates(self, id: str) -> tuple[tuple[dict[str, float | str], str], ...]:
@@ -90,26 +90,23 @@ class Renewals:
                 connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(physics=physics))
                 return False
             older = _set_aside(connection, row, moment)
-            connection.execute(wait_for_runs(id))
+            transitions.publish_again(connection, id)
             new = add_points(connection, id, sweep.points, moment)
             values = {"document": sweep.document, "digest": sweep.digest, "planned": len(sweep.points), "new": new}
             values |= {"physics": physics, "renewed": moment, "older": older}
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(values))
             invalidate_tallies(connection, len(sweep.points))
-            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            transitions.release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "renewed", sweep_id=id, physics=physics, older=older)
         return True
 
     def refuse(self, id: str, reason: str, physics: int) -> bool:
         """Fail a sweep that is still outdated, and whose document this version refuses; its runs leave the queue."""
         moment = now()
-        end = {"state": State.FAILED, "cause": Cause.ERROR, "failure": FAILURE, "reason": reason, "finished": moment}
         with self._database.commanding() as connection:
             if _outdated_row(connection, id, physics) is None:
                 return False
-            connection.execute(detach(id))
-            connection.execute(give_up(id, moment))
-            connection.execute(JOBS.update().where(JOBS.c.sweep_id == id).values(end))
+            transitions.refuse(connection, id, moment, failure=FAILURE, reason=reason)
             log_event(connection, moment, State.FAILED, sweep_id=id, reason=reason)
         return True
 
@@ -130,27 +127,26 @@ def _has_points(connection: sa.Connection, id: str, sweep: ExpandedSweep) -> boo
 def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -> str | None:
     """Take its points from a sweep; return the id of the sweep that has them now, None: there was no result."""
     results = runs_of(row.id).join(JOBS, JOBS.c.id == POINTS.c.run_id)
-    results = results.where(POINTS.c.detached.is_(False), HAS_RESULT, sa.not_(OF_OTHER_PHYSICS))
+    results = results.where(POINTS.c.detached.is_(False), HAS_RESULT, sa.not_(_OF_OTHER_PHYSICS))
     if connection.execute(results.limit(1)).first() is None:
-        connection.execute(detach(row.id))
-        connection.execute(give_up(row.id, moment))
+        transitions.detach(connection, row.id)
+        transitions.cancel(connection, row.id, moment)
         connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(row.id))).values(abandoned=moment))
         connection.execute(POINTS.delete().where(POINTS.c.sweep_id == row.id))
         older: str | None = row.older
         return older
     id = uuid.uuid4().hex
-    physics = "an older physics" if row.physics is None else f"physics {row.physics}"
-    called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(physics=physics) for key in ("name", "title")}
+    called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(row.physics) for key in ("name", "title")}
     own = {**row._mapping, **called, "id": id, "document": {**row.document, **called}, "cancelled": moment}
     del own["number"]
     connection.execute(SWEEPS.insert().values(own))
     connection.execute(JOBS.insert().values(publication_row(id, row.owner, moment)))
     connection.execute(POINTS.update().where(POINTS.c.sweep_id == row.id).values(sweep_id=id))
-    refused = runs_of(id).join(JOBS, JOBS.c.id == POINTS.c.run_id).where(OF_OTHER_PHYSICS)
+    refused = runs_of(id).join(JOBS, JOBS.c.id == POINTS.c.run_id).where(_OF_OTHER_PHYSICS)
     connection.execute(
         POINTS.update().where(POINTS.c.sweep_id == id, POINTS.c.run_id.in_(refused)).values(detached=True)
     )
-    connection.execute(detach(id))
-    connection.execute(give_up(id, moment))
+    transitions.detach(connection, id)
+    transitions.cancel(connection, id, moment)
     log_event(connection, moment, "accepted", sweep_id=id, of=row.id)
     return id

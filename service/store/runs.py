@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import Kind, MeasuredRun, NotFound, RunPlace, RunRow, Stored
 from service.store.connection import Database
-from service.store.events import log_event, outdate_publications
+from service.store.events import log_event
 from service.store.tables import (
     ARTIFACTS,
     IS_UNDER_WAY,
@@ -19,14 +19,13 @@ from service.store.tables import (
     StatementRow,
     batches,
     begins,
-    ended_by_accident,
     literal,
     now,
     one_row,
-    release_publications,
     runs_of,
     stored_record,
 )
+from service.store.transitions import ended_by_accident, outdate_publications, release_publications
 from studies.quantities.files import RESULT, STATE
 
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
@@ -71,7 +70,7 @@ class Runs:
 
     def known(self, ids: Iterable[str]) -> set[str]:
         """Those of these runs that are finished or under way, so that a sweep of them computes nothing new."""
-        query = sa.select(JOBS.c.id).where(sa.not_(ended_by_accident(verdicts=False)))
+        query = sa.select(JOBS.c.id).where(sa.not_(ended_by_accident()))
         with self._database.reading() as connection:
             return {id for batch in batches(ids) for id in connection.scalars(query.where(JOBS.c.id.in_(batch)))}
 

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
 from service.records.jobs import Keep, KeyReused, Kind, QuotaExceeded, State, Submission
-from service.store import fair_queueing
+from service.store import fair_queueing, transitions
 from service.store.connection import JsonText
 from service.store.tables import (
     IDEMPOTENCY,
@@ -20,10 +20,8 @@ from service.store.tables import (
     PUBLISH_PRIORITY,
     SWEEPS,
     batches,
-    ended_by_accident,
     insert_into,
     literal,
-    release_publications,
     runs_of,
 )
 from solver import PHYSICS_VERSION
@@ -74,8 +72,7 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     asked = [point.run_id for point in sweep.points if point.parameters is not None]
     new = len(asked)
     if has[1] + new > quota.runs:  # most sweeps are far from it, and nothing is looked up for them
-        again = ended_by_accident(verdicts=False) | fair_queueing.lacks_a_file(submission.keep)
-        there = sa.select(sa.func.count()).where(sa.not_(again))
+        there = sa.select(sa.func.count()).where(sa.not_(transitions.may_be_retried(submission.keep)))
         new -= sum(connection.execute(there.where(JOBS.c.id.in_(each))).scalar_one() for each in batches(asked))
     if has[1] + new > quota.runs:
         more = f"and asks for {new}; the quota is {quota.runs}"
@@ -109,7 +106,7 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
     connection.execute(JOBS.insert().values(publication_row(id, submission.owner, moment)))
     new = add_points(connection, id, sweep.points, moment)
     connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(new=new))
-    release_publications(connection, moment, JOBS.c.sweep_id == id)
+    transitions.release_publications(connection, moment, JOBS.c.sweep_id == id)
     if submission.idempotency is not None:
         key, digest = submission.idempotency
         row = {"owner": submission.owner, "key": key, "digest": digest, "sweep_id": id}
@@ -150,7 +147,7 @@ def add_points(
     _insert_points(connection, sweep_id, points, first)
     if new < len(runs):
         among = [run["id"] for run in runs] if first else None
-        new += fair_queueing.queue_again(connection, sweep_id, moment, verdicts=False, among=among)
+        new += transitions.retry(connection, sweep_id, moment, verdicts=False, among=among)
         fair_queueing.schedule(connection, sweep_id)
         abandoned = JOBS.update().where(JOBS.c.id.in_(runs_of(sweep_id)), JOBS.c.abandoned.is_not(None))
         connection.execute(abandoned.values(abandoned=None, owner=sweep.owner))

@@ -15,11 +15,9 @@ import sqlalchemy as sa
 
 from service.records.expansion import ExpandedSweep, expand, expanded_points
 from service.records.jobs import (
-    ACTIVE,
     SWEEP_TERMINAL,
     Conflict,
     GridCell,
-    Kind,
     Lease,
     Page,
     PointRow,
@@ -28,13 +26,10 @@ from service.records.jobs import (
     Submission,
     SweepState,
     SweepStatus,
-    before,
 )
-from service.store import fair_queueing
+from service.store import fair_queueing, transitions
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.fair_queueing import IS_WANTED, MOVED
-from service.store.leases import wait_again
 from service.store.runs import RUN_COLUMNS, run_record
 from service.store.submission import accept, accepted_before, add_points, check_quota
 from service.store.tables import (
@@ -50,13 +45,10 @@ from service.store.tables import (
     batches,
     begins,
     enumeration,
-    given_up,
     invalidate_tallies,
     literal,
     now,
     one_row,
-    release_publications,
-    retention_if,
     runs_of,
 )
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
@@ -178,7 +170,7 @@ class Sweeps:
         is_wanted = sa.exists().where(SWEEPS.c.id == id, SWEEPS.c.cancelled.is_(None))
         last = sa.select(sa.func.max(POINTS.c.ordinal)).where(POINTS.c.sweep_id == id)
         with self._database.commanding() as connection:
-            if not wait_again(connection, lease, is_wanted):
+            if not transitions.wait_again(connection, lease, is_wanted):
                 return False
             first = connection.execute(last).scalar_one() + 1
             expanded = [*expanded_points(points, _core_seconds)]
@@ -187,7 +179,7 @@ class Sweeps:
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))
             # The tally of a sweep whose points had all ended may be remembered.
             invalidate_tallies(connection, len(points))
-            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            transitions.release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "extended", sweep_id=id, points=len(points), new=new)
         return True
 
@@ -202,10 +194,10 @@ class Sweeps:
         publishing = SWEEP_ROWS.with_only_columns(SWEEPS.c.document).where(SWEEPS.c.id == id)
         publishing = publishing.where(SWEEP_STATE.in_([SweepState.PUBLISHING]))
         with self._database.commanding() as connection:
-            detached = connection.execute(detach(id)).rowcount
+            detached = transitions.detach(connection, id)
             if detached or is_search(connection.scalar(publishing) or {}):
                 connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=moment))
-                connection.execute(give_up(id, moment))
+                transitions.cancel(connection, id, moment)
                 log_event(connection, moment, "cancelled", sweep_id=id, points=detached)
             return sweep_status(connection, id)
 
@@ -220,10 +212,10 @@ class Sweeps:
                 raise Conflict("the sweep is being published; retry it afterwards")
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null()))
             invalidate_tallies(connection, connection.execute(attach).rowcount)
-            connection.execute(publish_again(id))
-            again = fair_queueing.queue_again(connection, id, moment, verdicts=verdicts)
+            transitions.publish_again(connection, id)
+            again = transitions.retry(connection, id, moment, verdicts=verdicts)
             fair_queueing.schedule(connection, id)
-            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            transitions.release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "retried", sweep_id=id, runs=again)
             return sweep_status(connection, id)
 
@@ -483,33 +475,6 @@ def number_of(cursor: str) -> int:
     return int(cursor)
 
 
-# --- statements of commands -----------------------------------------------------------------------
-
-
-def publish_again(id: str) -> sa.Update:
-    """Let a publication that has ended, or not begun, wait for its runs again."""
-    return wait_for_runs(id).where(JOBS.c.state.in_(before(State.WAITING)))
-
-
-def wait_for_runs(id: str) -> sa.Update:
-    """Let the publication of a sweep wait for its runs, as at the begin."""
-    of_last_end = ("cause", "failure", "reason", "finished", "crash_step", "unfinished_point")
-    wait = JOBS.update().where(JOBS.c.sweep_id == id)
-    return wait.values(state=State.WAITING, crashes=0, **dict.fromkeys(of_last_end, sa.null()))
-
-
-def detach(id: str) -> sa.Update:
-    """Let a sweep that waits for runs wait no longer for those that are not done."""
-    unfinished = sa.select(JOBS.c.id).where(JOBS.c.id.in_(runs_of(id)), JOBS.c.state.in_(ACTIVE))
-    waits = sa.exists().where(JOBS.c.sweep_id == id, JOBS.c.state == State.WAITING)
-    return (
-        POINTS.update()
-        .where(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False))
-        .where(POINTS.c.run_id.in_(unfinished), waits)
-        .values(detached=True)
-    )
-
-
 def _leave_runs(id: str, moment: datetime) -> sa.Update:
     """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
     others = (
@@ -525,32 +490,4 @@ def _leave_runs(id: str, moment: datetime) -> sa.Update:
         .where(JOBS.c.id.in_(runs_of(id)))
         .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
         .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
-    )
-
-
-def give_up(id: str, moment: datetime) -> sa.Update:
-    """Move the detached runs of a sweep and its publication, in one statement.
-
-    A run goes on for others, or leaves the queue, or is to be stopped. Results are published; a
-    sweep without results has ended.
-    """
-    is_run = JOBS.c.kind == Kind.RUN
-    has_results = sa.exists().where(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False))
-    goes_on = is_run & IS_WANTED
-    ends = sa.or_(is_run & (JOBS.c.state == State.QUEUED), sa.not_(is_run) & sa.not_(has_results))
-    state = sa.case(
-        (goes_on, sa.type_coerce(JOBS.c.state, sa.Text)),
-        (ends, given_up(State.CANCELLED)),
-        (is_run, State.CANCELLING.value),
-        else_=State.QUEUED.value,
-    )
-    publication = (JOBS.c.sweep_id == id) & (JOBS.c.state == State.WAITING)
-    return (
-        JOBS.update()
-        .where(sa.or_(publication, JOBS.c.id.in_(runs_of(id)) & JOBS.c.state.in_(ACTIVE)))
-        .values(state=sa.type_coerce(state, JOBS.c.state.type))
-        .values(finished=sa.case((sa.not_(goes_on) & ends, moment), else_=JOBS.c.finished))
-        .values(queued=sa.case((is_run, JOBS.c.queued), else_=moment))
-        .values(keep=retention_if(sa.not_(goes_on) & ends))
-        .values({name: sa.case((goes_on, place), else_=JOBS.c[name]) for name, place in MOVED.items()})
     )

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from service.records.jobs import ACTIVE, Cause, Keep, Kind, NotFound, State, Stored
-from studies.runs.results import OTHER_PHYSICS
 
 if TYPE_CHECKING:
     from sqlalchemy.dialects import postgresql, sqlite
@@ -43,7 +42,7 @@ JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
 # As alembic has it, which need not be imported to make tables.
 REVISIONS = sa.Table("alembic_version", sa.MetaData(), sa.Column("version_num", sa.String(32), primary_key=True))
-REVISION = "0012"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0.1.0"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -63,7 +62,7 @@ SWEEPS = sa.Table(
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("cancelled", UtcTime),
     sa.Column("pinned", UtcTime),  # since when it is kept from deletion
-    sa.Column("physics", sa.Integer),  # version by which its points were expanded; null: before it was noted
+    sa.Column("physics", sa.Integer, nullable=False),  # version by which its points were expanded
     sa.Column("renewed", UtcTime),  # when they were expanded anew, by a newer version
     sa.Column("older", sa.String(32)),  # id of the sweep that has its results of older versions
     sa.Index("sweeps_digest", "digest"),
@@ -310,55 +309,9 @@ def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
     return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
 
 
-# The run was submitted to another version, which alone gives its numbers: this one refused to compute it.
-OF_OTHER_PHYSICS = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.failure == OTHER_PHYSICS)
-
-
-def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
-    """The run ended without a result, so that another try is worth while."""
-    is_accident = (JOBS.c.cause != Cause.VERDICT) | (JOBS.c.failure == OTHER_PHYSICS)
-    accident = sa.and_(JOBS.c.state == State.FAILED, is_accident)
-    ended = accident if not verdicts else JOBS.c.state == State.FAILED
-    return sa.or_(JOBS.c.state == State.CANCELLED, ended)
-
-
 # Also true of a run that is computed again; never of a publication.
 HAS_RESULT = JOBS.c.path.is_not(None)
 
-
-def given_up(otherwise: State) -> sa.Case[str]:
-    """State of a job that ends without a new result: that of its earlier result, else ``otherwise``."""
-    return sa.case(
-        (sa.not_(HAS_RESULT), literal(otherwise)),
-        (JOBS.c.cause.is_(None), literal(State.SUCCEEDED)),
-        else_=literal(State.FAILED),
-    )
-
-
-def retention_if(is_given_up: sa.ColumnElement[bool]) -> sa.Case[Any]:
-    """Retention of a job: that of the files that are there, once it goes back to its earlier result."""
-    goes_back = sa.and_(is_given_up, HAS_RESULT)
-    return sa.case((goes_back, sa.literal(Keep.NUMBERS, JOBS.c.keep.type)), else_=JOBS.c.keep)
-
-
-def unless_result(**values: Any) -> dict[str, sa.ColumnElement[Any]]:
-    """Values for the row of a job without a result; the row of one with a result keeps its own."""
-    return {
-        name: sa.case((HAS_RESULT, JOBS.c[name]), else_=sa.literal(value, JOBS.c[name].type))
-        for name, value in values.items()
-    }
-
-
-_RUNS = JOBS.alias("runs")
-
-# The points that a publication waits for.
-_UNFINISHED = (
-    sa.select(POINTS)
-    .join_from(POINTS, _RUNS, _RUNS.c.id == POINTS.c.run_id)
-    .where(POINTS.c.sweep_id == JOBS.c.sweep_id, POINTS.c.detached.is_(False))
-    .where(_RUNS.c.state.in_(ACTIVE))
-    .correlate(JOBS)
-)
 
 # --- statements --------------------------------------------------------------------------------
 
@@ -373,35 +326,6 @@ def insert_into(connection: sa.Connection, table: sa.Table) -> "sqlite.Insert | 
 def invalidate_tallies(connection: sa.Connection, points: int) -> None:
     """Note that so many points that had ended are unfinished again: see ``time_left.Tallies``."""
     connection.execute(CONTROL.update().values(cache_generation=CONTROL.c.cache_generation + points))
-
-
-def release_publications(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> None:
-    """Queue those waiting publications, among ``which``, whose sweeps wait for no run any more.
-
-    The row of each names a point that was unfinished at the last check. While that point still is,
-    nothing has to be done; else all points are searched for another. So the end of a run costs the
-    same whatever the length of its sweeps.
-    """
-    waiting = (which, JOBS.c.state == State.WAITING)
-    another = (
-        _UNFINISHED.with_only_columns(POINTS.c.ordinal)
-        .order_by(POINTS.c.ordinal.desc())  # runs are leased in order: the last is unfinished long
-        .limit(1)
-        .scalar_subquery()
-    )
-    is_unfinished = _UNFINISHED.where(POINTS.c.ordinal == JOBS.c.unfinished_point).exists()
-    check = JOBS.update().where(*waiting, sa.not_(is_unfinished)).values(unfinished_point=another)
-    checked = connection.execute(check.returning(JOBS.c.id, JOBS.c.unfinished_point)).all()
-    done = [row.id for row in checked if row.unfinished_point is None]
-    if done:
-        connection.execute(JOBS.update().where(JOBS.c.id.in_(done)).values(state=State.QUEUED, queued=moment))
-
-
-def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> None:
-    """Let those queued publications, among ``which``, wait again whose runs are no longer all done."""
-    wait = JOBS.update().where(which, JOBS.c.kind == Kind.PUBLISH, JOBS.c.state == State.QUEUED)
-    wait = wait.where(_UNFINISHED.exists())
-    connection.execute(wait.values(state=State.WAITING, unfinished_point=sa.null()))
 
 
 def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:

@@ -70,11 +70,7 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
 
 
 def load_state(file: Path, *, step: int = 0) -> Any:
-    """The final state in a ``state.npz``, as a ``solver.state.Snapshot``; only particles on the grid are in its arrays.
-
-    Files that have ``retired_`` records lack what left the grid by itself, and the energy and damage of the rest (NaN).
-    What a file does not have of the state of what departed is NaN too.
-    """
+    """The final state in a ``state.npz``, a ``solver.state.Snapshot``; only particles on the grid are in its arrays."""
     import numpy as np
 
     from solver.simulation import DEPARTED
@@ -84,12 +80,7 @@ def load_state(file: Path, *, step: int = 0) -> Any:
         body = saved["body"]
         alive = np.ones(body.size, np.uint8)
         fields = {name: saved[name] for name in Particles._fields if name != "alive"}
-        prefix = DEPARTED if DEPARTED + "number" in saved else "retired_"
-        count = saved[prefix + "mass"].size
-        widths = {"deviator": (count, 6), "remembered": (count, 2)}
-        departed = Departed(
-            *(saved.get(prefix + name, np.full(widths.get(name, count), np.nan)) for name in Departed._fields)
-        )
+        departed = Departed(*(saved[DEPARTED + name] for name in Departed._fields))
         return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body, departed)
 
 

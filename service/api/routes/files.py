@@ -31,10 +31,7 @@ from studies.quantities.files import (
     ZARR,
 )
 
-NOT_PUBLISHED = (
-    "an earlier version, which made none, published the sweep, or nothing was published; `whipple retry` publishes "
-    "it again"
-)
+NOT_PUBLISHED = "nothing was published; `whipple retry` publishes it again"
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 
@@ -73,12 +70,9 @@ async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -
 async def download_runs_csv(
     id: SweepId,
     request: Request,
-    store: AppStore,
     every_column: Annotated[bool, Query(alias="all", description="Return every column")] = False,
 ) -> Response:
-    # A sweep that an earlier version published has one table, with every column.
-    has_all = every_column and (await run_in_threadpool(store.sweeps.get_with_file, id, ALL_RUNS_CSV))[1] is not None
-    return await _send(request, id, ALL_RUNS_CSV if has_all else RUNS_CSV, is_attachment=True)
+    return await _send(request, id, ALL_RUNS_CSV if every_column else RUNS_CSV, is_attachment=True)
 
 
 @serves(

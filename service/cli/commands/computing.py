@@ -198,13 +198,7 @@ def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
     """Print what became of a sweep since a time of the counter of seconds, and return the exit status."""
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)
-    if headline := _headline(finished.folder):
+    if headline := json.loads((finished.folder / "report.json").read_text("utf-8"))["headline"]:
         print(f"  {headline}", flush=True)
     has_all = finished.counts["succeeded"] == finished.sweep.planned
     return SUCCESS if has_all else SOME_FAILED
-
-
-def _headline(folder: Path) -> str:
-    """The headline of a report; empty where an earlier version made the report."""
-    report = json.loads((folder / "report.json").read_text("utf-8"))
-    return str(report.get("headline", ""))

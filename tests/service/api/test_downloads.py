@@ -10,7 +10,6 @@ from typing import Any
 import httpx
 import pytest
 
-from service.client.client import Client
 from service.files.artifacts import Artifacts
 from service.records.jobs import Cause, Lease
 from studies.quantities.files import APPENDIX_HTML
@@ -126,34 +125,6 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
         assert response.status_code == 409
         assert response.json()["type"].endswith("not-ready")
         assert "queued" in response.json()["detail"]
-
-
-def test_sweep__without_an_appendix_is_served_and_fetched_and_its_404_says_how_to_get_one(
-    api: Api, tmp_path: Path
-) -> None:
-    """An earlier version published it."""
-    published = {name: content for name, content in FILES.items() if name != APPENDIX_HTML}
-    id = api.submit()
-    for lease in api.store.leases.take(100, api.term()):
-        api.store.leases.finish(lease, api.result(lease.id))
-    [publication] = api.store.leases.take(1, api.term())
-    files = [api._stored(f"older/{name}", content) for name, content in published.items()]
-    assert api.store.leases.publish(publication, files, seconds=0.1)
-    response = api.http.get(f"/v1/sweeps/{id}/{APPENDIX_HTML}")
-    assert (response.status_code, response.json()["title"]) == (404, "Not found")
-    assert "whipple retry" in response.json()["detail"]
-    for page in ("/", f"/sweeps/{id}"):
-        assert APPENDIX_HTML not in api.http.get(page).text
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / APPENDIX_HTML).write_text("of the sweep that was here before")
-    with served(api) as url, Client(url) as client:
-        client.sweep(id).fetch(out)
-        client.sweep(id).fetch_archive(tmp_path / "all.zip")
-    assert {file.name: file.read_bytes() for file in out.iterdir()} == published
-    api.http.post(f"/v1/sweeps/{id}/retry")
-    api.compute()
-    assert api.http.get(f"/v1/sweeps/{id}/{APPENDIX_HTML}").content == FILES[APPENDIX_HTML]
 
 
 def test_appendix__has_the_headers_of_the_report(shared_api: Api, addresses: Any) -> None:

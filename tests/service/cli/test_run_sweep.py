@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.local import Finished, PublicationFailed, _copy_out, run_sweep
+from service.cli.local import Finished, PublicationFailed, run_sweep
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, Submission, SweepState, SweepStatus
 from service.settings import Settings
-from studies.quantities.files import APPENDIX_HTML, SWEEP_FILES
+from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import SWEEP
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
@@ -74,20 +74,6 @@ def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -
     assert (out / "cube.nc").is_file()
     with closing(open_store(settings_of(out))) as store:
         assert answered.finished.sweep.id in [sweep.id for sweep in store.sweeps.page().items]
-
-
-def test_copy__of_a_sweep_that_an_earlier_version_published_leaves_no_appendix_of_another(
-    answered: Answered, tmp_path: Path
-) -> None:
-    """An attempt of an earlier version that is complete when this one goes on is registered as it is."""
-    settings = settings_of(Path(answered.finished))
-    (tmp_path / APPENDIX_HTML).touch()
-    with closing(open_store(settings)) as store:
-        files = [file for file in store.publications.files(answered.finished.sweep.id) if file.name != APPENDIX_HTML]
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(store.publications, "files", lambda _id: files)
-            _copy_out(store, Artifacts(settings.data), answered.finished.sweep.id, tmp_path)
-    assert {file.name for file in tmp_path.iterdir()} == {*SWEEP_FILES} - {APPENDIX_HTML}
 
 
 def test_run_sweep__says_when_nothing_can_be_published(tmp_path: Path) -> None:

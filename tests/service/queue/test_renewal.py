@@ -29,7 +29,7 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
         yield opened
 
 
-def age(harness: Harness, physics: int | None = PHYSICS_VERSION - 1) -> None:
+def age(harness: Harness, physics: int = PHYSICS_VERSION - 1) -> None:
     """Let all sweeps be those of an older physics."""
     with harness.store.database.writing() as connection:
         connection.execute(SWEEPS.update().values(physics=physics))
@@ -126,7 +126,7 @@ def test_renewal__computes_every_point_by_the_present_physics_and_sets_older_res
 
 def test_renewal__without_results_leaves_no_sweep_behind(harness: Harness) -> None:
     id = harness.submit(runs_of("fine", "fine", first=OLDER))
-    age(harness, None)
+    age(harness)
     upgraded(harness, expanded_as(newer(2)))
     settle(harness)
     assert set(runs_of_sweep(harness, id)) == {run_id(NEWER), run_id(NEWER + 1)}
@@ -149,9 +149,8 @@ def test_renewal__happens_once_and_begins_nothing_before(harness: Harness) -> No
 
 
 def test_renewal__of_the_same_runs_changes_nothing(harness: Harness) -> None:
-    """Before the physics of a sweep was noted, it may have been the present one."""
     id = half_computed(harness)
-    age(harness, None)
+    age(harness)
     before = runs_of_sweep(harness, id)
     upgraded(harness, expanded_as(sweep_of(runs_of(*["fine"] * 4, first=OLDER))))
     settle(harness)

@@ -1,20 +1,23 @@
 """Databases: durability, waits that end, tables that are made, migrated or refused."""
 
 import shutil
+import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
 
 from service import migrations
-from service.records.jobs import Cause, Kind, StoreUnavailable, Submission
+from service.cli.local import run_sweep
+from service.cli.serve import serve
+from service.records.jobs import Cause, StoreUnavailable, Submission
+from service.settings import Settings
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import JOBS, OWNED_BYTES, REVISION, SWEEPS, now
+from service.store.tables import REVISION, SWEEPS
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -121,118 +124,6 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
         assert all(status.is_terminal for status in store.sweeps.page().items)
 
 
-# From the tables of this version back to those of 0010, and from there to 0006.
-TRIGGERS = ("files_added", "files_removed", "files_replaced", "jobs_moved")
-TO_0010 = """
-DROP TABLE owned_bytes
-DROP TABLE results
-DROP INDEX jobs_states
-DROP INDEX jobs_active
-DROP INDEX jobs_abandoned
-DROP INDEX jobs_published
-DROP INDEX jobs_queue
-CREATE INDEX jobs_abandoned ON jobs (abandoned)
-CREATE INDEX jobs_queue ON jobs (state, priority, owner, virtual_time, ordinal)
-ALTER TABLE sweeps DROP COLUMN physics
-ALTER TABLE sweeps DROP COLUMN renewed
-ALTER TABLE sweeps DROP COLUMN older
-ALTER TABLE control DROP COLUMN clock
-UPDATE alembic_version SET version_num = '0010'
-"""
-TO_THE_OLDEST = """
-DROP TABLE audit
-DROP TABLE sessions
-DROP TABLE shares
-DROP INDEX jobs_queue
-ALTER TABLE jobs DROP COLUMN owner
-ALTER TABLE sweeps DROP COLUMN pinned
-ALTER TABLE control DROP COLUMN scrub
-CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
-CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
-INSERT INTO priority_classes VALUES (0, 7.0)
-UPDATE alembic_version SET version_num = '0006'
-"""
-
-
-def put_back(store: Store, *steps: str) -> None:
-    """Bring the tables of a store back to those of an earlier revision."""
-    drop = "DROP TRIGGER {}" if store.database.is_sqlite else "DROP FUNCTION {} CASCADE"
-    with store.database.writing() as writing:
-        for statement in (*map(drop.format, TRIGGERS), *"".join(steps).strip().splitlines()):
-            writing.exec_driver_sql(statement.strip() or "SELECT 1")
-
-
-def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on(own_url: str) -> None:
-    with closing(Store.open(own_url)) as store:
-        accepted = store.sweeps.create(Submission(sweep_of(runs_of("fine")), owner="a"))
-        before = sa.MetaData()
-        with store.database.reading() as reading:
-            before.reflect(reading)
-        triggers = triggers_of(store)
-        put_back(store, TO_0010, TO_THE_OLDEST)
-    with closing(Store.open(own_url)) as store:
-        assert store.sweeps.get(accepted.id) == replace(accepted, physics=None)  # which was not noted then
-        after = sa.MetaData()
-        with store.database.reading() as reading:
-            after.reflect(reading)
-        store.terms.begin("tests")
-        finish_all(store)
-        assert store.sweeps.get(accepted.id).is_terminal
-        assert triggers_of(store) == triggers
-        assert store.retention.wrong_sums() == {}
-    assert described(after) == described(before)
-
-
-def described(tables: sa.MetaData) -> set[tuple[object, ...]]:
-    """Every column with its type, and whether it may be empty; every index with its columns and condition."""
-    columns = {
-        (table.name, column.name, str(column.type), bool(column.nullable))
-        for table in tables.tables.values()
-        for column in table.c
-    }
-    indexes = {
-        (index.name, *index.columns.keys(), *(str(each.get("where")) for each in index.dialect_options.values()))
-        for table in tables.tables.values()
-        for index in table.indexes
-    }
-    return columns | indexes
-
-
-def triggers_of(store: Store) -> list[str]:
-    query = "SELECT sql FROM sqlite_master WHERE type = 'trigger' ORDER BY name"
-    if not store.database.is_sqlite:
-        query = "SELECT pg_get_triggerdef(oid) FROM pg_trigger WHERE NOT tgisinternal ORDER BY tgname"
-    with store.database.reading() as reading:
-        return list(reading.scalars(sa.text(query)))
-
-
-def test_migration__to_sums_counts_what_is_there_and_gives_each_run_an_owner_who_has_it(own_url: str) -> None:
-    with closing(Store.open(own_url)) as store:
-        store.terms.begin("tests")
-        gone = store.sweeps.create(Submission(sweep_of(2), owner="a"))
-        finish_all(store)
-        store.sweeps.create(Submission(sweep_of(1), owner="b"))
-        finish_all(store)
-        counted, rate = store.queue.tally(), store.runs.measured_rate("thin_plate")
-        store.sweeps.delete(gone.id)
-        bytes_of_b = owned_bytes(store)
-        with store.database.writing() as writing:  # as 0010 left it
-            writing.execute(JOBS.update().where(JOBS.c.kind == Kind.RUN).values(owner="a", abandoned=now()))
-        put_back(store, TO_0010)
-    with closing(Store.open(own_url)) as store:
-        assert (store.queue.tally(), store.runs.measured_rate("thin_plate")) == (counted, rate)
-        assert counted[0].attempts == 2
-        assert owned_bytes(store) == bytes_of_b
-        assert bytes_of_b["b"] == 2 * len(b"...")
-        assert store.retention.wrong_sums() == {}
-
-
-def owned_bytes(store: Store) -> dict[str, int]:
-    """The kept sums, without zeros."""
-    with store.database.reading() as reading:
-        return {row.owner: row.bytes for row in reading.execute(sa.select(OWNED_BYTES)) if row.bytes}
-
-
 def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:
     Store.open(own_url).close()
     broken = with_next_revision(tmp_path, "raise RuntimeError('half way')")
@@ -246,20 +137,78 @@ def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("migrate", [True, False])
-@pytest.mark.parametrize("revision", ["0005", "9999"])
-def test_unknown_revision__is_refused_with_the_cure_and_left_alone(
-    own_url: str, tmp_path: Path, revision: str, migrate: bool
-) -> None:
+@pytest.mark.parametrize("revision", ["0012", "9999"])
+def test_unknown_revision__is_refused_with_the_cure_and_left_alone(own_url: str, revision: str, migrate: bool) -> None:
     with closing(Store.open(own_url)) as store, store.database.writing() as writing:
         writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
-    files = {file: file.read_bytes() for file in tmp_path.glob("*.db")}
-    with pytest.raises(StoreUnavailable) as refused:
-        Store.open(own_url, migrate=migrate)
+    with closing(Database(own_url)) as database:
+        before = rows_of(database)
+        with pytest.raises(StoreUnavailable) as refused:
+            Store.open(own_url, migrate=migrate)
+        assert rows_of(database) == before
     place = str(sa.make_url(own_url).database)
-    for part in (place, f"revision {revision}", f"needs {REVISION}", "new data directory", "open_cube"):
+    for part in (
+        place,
+        f"revision {revision}",
+        f"needs {REVISION}",
+        "nothing was changed",
+        "keep it",
+        "new data directory",
+    ):
         assert part in str(refused.value)
-    assert Store.revision(own_url) == revision
-    assert {file: file.read_bytes() for file in tmp_path.glob("*.db")} == files
+
+
+def rows_of(database: Database) -> dict[str, list[sa.Row[tuple[str, ...]]]]:
+    """Every row of every table, with those of the catalogue that names the tables."""
+    tables = sa.MetaData()
+    with database.reading() as reading:
+        tables.reflect(reading)
+        return {name: [*reading.execute(table.select())] for name, table in tables.tables.items()}
+
+
+OF_BEFORE = """
+CREATE TABLE alembic_version (version_num VARCHAR(32) PRIMARY KEY);
+CREATE TABLE sweeps (number INTEGER PRIMARY KEY, id VARCHAR(32));
+INSERT INTO alembic_version VALUES ('0012');
+INSERT INTO sweeps VALUES (1, 'accepted');
+"""
+
+
+@pytest.mark.parametrize("killed", ["", "PRAGMA user_version = 1", OF_BEFORE])
+def test_data_directory__of_an_earlier_version_is_refused_by_every_command_and_no_byte_changes(
+    tmp_path: Path, killed: str, smoke: Path
+) -> None:
+    """Also with a log beside the file, which a service that was ``killed`` leaves."""
+    made, data = tmp_path / "made", tmp_path / "data"
+    made.mkdir(0o755)
+    (made / "whipple.lock").write_text("4711")
+    with closing(sqlite3.connect(made / "whipple.db")) as writer:
+        if killed != OF_BEFORE:
+            writer.executescript(OF_BEFORE)
+        if killed:
+            writer.executescript(f"PRAGMA journal_mode = WAL; {killed}")
+        shutil.copytree(made, data, ignore=shutil.ignore_patterns("*-shm"))
+    before = described(data)
+    assert (data / "whipple.db-wal").exists() is bool(killed)
+    settings = Settings(data=data, port=0)
+    commands: list[Callable[[], object]] = [
+        lambda: serve(settings),
+        lambda: run_sweep(smoke, tmp_path / "out", settings=settings),
+        lambda: Store.open(settings.url),
+        lambda: Store.open(settings.url, migrate=False),
+        lambda: Store.revision(settings.url),
+    ]
+    for command in commands:
+        with pytest.raises(StoreUnavailable, match=r"revision 0012.* nothing was changed: keep it .*new data dir"):
+            command()
+        assert described(data) == before
+
+
+def described(folder: Path) -> dict[Path, tuple[int, bytes]]:
+    """Mode and content of a folder and of each file in it, but for the index of a log, which readers make anew."""
+    places = [place for place in folder.iterdir() if place.suffix != ".db-shm"]
+    contents = {place: (place.stat().st_mode, place.read_bytes()) for place in places}
+    return {folder: (folder.stat().st_mode, b""), **contents}
 
 
 def test_empty_database__gets_tables_on_request_alone(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 from service.records.jobs import Keep, Kind, State
 from service.store import Store
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, now
+from solver import PHYSICS_VERSION
 from studies.quantities.files import RESULT, SECTIONS, STATE
 
 OWNERS = ("anna", "ben", "carla", "")
@@ -98,6 +99,7 @@ def _sweep(number: int, history: History, moment: Any) -> dict[str, Any]:
         "planned": history.runs_of_a_sweep,
         "new": history.runs_of_a_sweep,
         "created": moment,
+        "physics": PHYSICS_VERSION,
     }
 
 

@@ -1,6 +1,6 @@
-"""The tables of ``service/store/tables.py``; databases of earlier revisions are refused."""
+"""The tables of ``service/store/tables.py`` in version 0.1.0; databases of before are refused."""
 
-revision = "0006"
+revision = "0.1.0"
 down_revision = None
 
 
