@@ -268,7 +268,9 @@ class Surrogate:
         return Prediction(values, quantile * self.scale * deviations)
 
     def mean(self, places: np.ndarray) -> np.ndarray:
-        """Values alone."""
+        """Values alone; of no places, which scikit-learn refuses, none."""
+        if not len(places):
+            return np.empty(0)
         return np.asarray(self._process.predict(self.runs.scale(places)))
 
     @property
