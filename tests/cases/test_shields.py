@@ -194,7 +194,7 @@ def test_oblique__shield_keeps_all_and_its_debris_comes_to_the_wall(compared: Co
     )
 
 
-@pytest.mark.claim("shields", "shield-slow")
+@pytest.mark.claim("shields", "shield-slow", minutes=0.2)
 def test_stages__end_when_a_slow_projectile_has_come_off_the_bumper_and_to_the_wall(
     compared: Compared, tmp_path: Path
 ) -> None:

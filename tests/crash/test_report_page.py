@@ -78,8 +78,12 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
     assert all(width > 100 and "Section" in label for width, label in shown)
 
 
-@pytest.mark.parametrize("name", ["report.html", "appendix.html"])
+PAGES = ("report.html", "appendix.html")
+
+
+@pytest.mark.parametrize("name", claimed(PAGES, PAGES[:1], "report", "quiet-pages"))
 def test_pages__are_quiet_whole_and_accessible(browser: Browser, report: Path, name: str, compared: Compared) -> None:
+    """Report and appendix are quiet, whole and accessible on a narrow screen in the dark."""
     compared(*rows_of(look(browser, report.with_name(name), min(WIDTHS), "dark"), f"{name}, narrow and dark"))
 
 

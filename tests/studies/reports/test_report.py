@@ -150,7 +150,7 @@ def test_report__is_made_without_any_one_of_its_sections(taken: str, monkeypatch
     left = tuple(section for section in sections() if section.name != taken)
     for module in (report, page):
         monkeypatch.setattr(module, "sections", lambda: left)
-    document = fakes.document_of(cube_of("grid"))
+    document = fakes.document_of(made("grid")[0])
     assert taken not in document
     with undrawn():
         assert document["headline"] in html_unescape(page.page(document))
