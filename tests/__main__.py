@@ -50,11 +50,10 @@ PYTEST = ("pytest", "-q", "--durations=5")
 # take the same time.
 ENGINES = "tests/contracts/test_engine.py"
 WAITING = ["tests/crash", ENGINES, *(f"tests/service/{room}" for room in ("workers", "execution", "cli", "queue"))]
-STORE = "tests/service/store"  # beside the solver, whose tests are done before those of the service
 TESTS = {
     "crashes": WAITING,
-    "service": ["tests/service", *(f"--ignore={path}" for path in (*WAITING, STORE))],
-    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", STORE, f"--ignore={ENGINES}"],
+    "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
+    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", f"--ignore={ENGINES}"],
 }
 # Python compiles the installed modules when they are first imported: here once, before five processes do it at a time.
 MODULES = Stage(
