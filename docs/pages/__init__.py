@@ -93,7 +93,7 @@ def cell(text: str) -> str:
 
 
 def plain(row: Row) -> dict[str, Any]:
-    """What a row states, as plain objects, without what is empty."""
+    """Plain objects of a row: its fields that have a value."""
     stated = {name: value for name, value in row.as_json().items() if name != "verdict"}
     return {name: short(value) for name, value in stated.items() if value not in (None, "", {})}
 

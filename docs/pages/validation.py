@@ -23,7 +23,7 @@ from studies.quantities.display import MESH_UNKNOWN
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"
 LEVEL: validation.ValidationLevel = "fine"
-MOST_POINTS = 80  # of a curve in a drawing
+MOST_POINTS = 80  # points of a drawn curve
 DRAWN = 5  # digits of these
 
 

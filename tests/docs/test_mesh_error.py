@@ -130,8 +130,8 @@ def test_further_shots__lie_in_the_bar_of_a_coarse_grid(series: ensemble.Series,
             continue
         error, finer = (run.mesh_errors.get(quantity) for run in (coarse, fine))
         if error is None or finer is None:
-            # By the domain, which is older than the shot.
-            compared(Row(f"{where}: unknown", "", "; ".join(experience.why_unknown(grid).split("; ")), None))
+            # By the domain, which is older than the shot: it says which of its bounds the grid is beyond.
+            compared(Row(f"{where}: unknown", "a bound", why := experience.why_unknown(grid), "outside of" in why))
             continue
         value, best = (float(rows[run.id][quantity]) for run in (coarse, fine))
         off = abs(error.corrected(value) / finer.corrected(best) - 1.0)
