@@ -1,8 +1,9 @@
 """The entries of a folder: each module of a kind's package offers one, or a tuple of several; no list is edited.
 
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
-``entries("studies.laws", "LAW")`` finds it. A feature, or another distribution, adds an entry through the entry-point
-group ``whipple.studies.laws``; our own groups are read from the tree's ``pyproject.toml`` where it lies beside the
+``entries("studies.laws", "LAW")`` finds it. A feature, or another distribution, adds entries through the entry-point
+group ``whipple.studies.laws``, whose values name an entry, a tuple of entries or a folder whose modules offer theirs as
+ours do (``shields = "studies.shields.laws"``); our own groups are read from the tree's ``pyproject.toml`` where it lies beside the
 code, since the metadata of an installation are those of its day. A module that cannot be imported, or lacks its entry,
 stops the start and is named.
 """
@@ -14,7 +15,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 from solver.errors import RegistryError
@@ -29,17 +30,14 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
 
     A module whose name begins with an underscore offers none; a folder inside may offer none.
     """
-    folder = importlib.import_module(package)
     members: dict[str, Any] = {}
-    modules = {module.name: module.ispkg for module in pkgutil.iter_modules(folder.__path__)}
-    for module_name, is_folder in sorted(modules.items()):
-        if not module_name.startswith("_"):
-            offered = _load(f"{package}.{module_name}", kind, () if is_folder else None)
-            # Entries may be named tuples themselves.
-            for entry in offered if type(offered) is tuple else (offered,):
-                _add(members, entry, f"{package}.{module_name}")
+    _add_folder(members, importlib.import_module(package), kind)
     for point in points(package):
-        _add(members, _loaded(point), point.value)
+        offered = _loaded(point)
+        if isinstance(offered, ModuleType):
+            _add_folder(members, offered, kind)
+        else:
+            _add(members, offered, point.value)
     return MappingProxyType(dict(sorted(members.items())))
 
 
@@ -83,7 +81,17 @@ def _load(module_name: str, kind: str, default: tuple[()] | None) -> Any:
     return offered
 
 
-def _add(members: dict[str, Any], entry: Any, origin: str) -> None:
-    if entry.name in members:
-        raise RegistryError(f"{origin} offers {entry.name!r} a second time")
-    members[entry.name] = entry
+def _add_folder(members: dict[str, Any], folder: ModuleType, kind: str) -> None:
+    modules = {module.name: module.ispkg for module in pkgutil.iter_modules(folder.__path__)}
+    for name, is_folder in sorted(modules.items()):
+        if not name.startswith("_"):
+            module_name = f"{folder.__name__}.{name}"
+            _add(members, _load(module_name, kind, () if is_folder else None), module_name)
+
+
+def _add(members: dict[str, Any], offered: Any, origin: str) -> None:
+    # Entries may be named tuples themselves.
+    for entry in offered if type(offered) is tuple else (offered,):
+        if entry.name in members:
+            raise RegistryError(f"{origin} offers {entry.name!r} a second time")
+        members[entry.name] = entry
