@@ -32,7 +32,7 @@ from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
 from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, SWEEP, advance, measured, problem_of, question, simulation
-from tests.house import ROOT
+from tests.contracts.features import ROOT
 
 Figures = Iterator[tuple[str, float]]
 

@@ -27,7 +27,7 @@ from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
 from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
-from tests.house import ROOT
+from tests.contracts.features import ROOT
 
 WARM, PAIRS = 60, 5  # steps before, and pairs of blocks
 BLOCK = 3e6  # particle-steps in a block, about

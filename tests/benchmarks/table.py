@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.benchmarks.figures import STAGED
 from tests.benchmarks.measure import BARS, FAMILIES
-from tests.house import ROOT
+from tests.contracts.features import ROOT
 
 PAGE = ROOT / "docs" / "speed.md"
 BEGIN, END = "<!-- figures: begin -->\n", "<!-- figures: end -->\n"
