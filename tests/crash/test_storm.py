@@ -101,9 +101,9 @@ def test_storm__loses_doubles_and_holds_up_nothing(
 
 
 def _feed(here: CrashTest, ids: list[str]) -> None:
-    """Submit the next sweep if fewer runs wait than half of those that it brings."""
+    """Submit the next sweep if no more runs wait than half of those that it brings."""
     here.service.wait_until_listening()
-    if here.store.queue.status().states.get(State.QUEUED, 0) < here.work.speeds // 2:
+    if here.store.queue.status().states.get(State.QUEUED, 0) <= here.work.speeds // 2:
         document = replace(here.work, sweeps=len(ids) + 1).documents()[-1]
         with here.service.client() as client:
             ids.append(client.submit(document).id)

@@ -175,8 +175,8 @@ def test_clock__that_is_set_loses_and_deletes_nothing(tmp_path: Path, days: int,
                 said = f"{'forward' if days > 0 else 'back'} by {abs(days)} days"
                 compared(Row("the queue says that it jumped", said, why, said in str(why)))
                 compared(*_rows_of_alarms(here, deletion_paused=1))
-        logged = here.service.log.read_text().count("nothing is deleted by age")
-        compared(equal("lines of the log that say so", expected=1, got=logged))
+                logged = here.service.log.read_text().count("nothing is deleted by age")
+                compared(equal("lines of the log that say so", expected=1, got=logged))
         compared(*_all_is_well(here, ids, tmp_path))
 
 
