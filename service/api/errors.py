@@ -288,8 +288,9 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
     request_id = request.state.request_id
     body |= {"instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "Vary": "Accept"}
-    if "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        response: Response = request.app.state.problem_page(request, body, headers)
+    page = request.app.state.problem_page
+    if page is not None and "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
+        response: Response = page(request, body, headers)
     else:  # ASCII escapes can carry the lone surrogates that an input may contain
         response = Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
     add_security_headers(response.headers)  # the response to an unexpected error passes no other middleware

@@ -9,13 +9,15 @@ from typing import Any
 from fastapi import APIRouter, Response
 from pydantic import BaseModel
 
-from service.api.routes.dependencies import NETCDF, AnswerOfLaws
+from service.api.dependencies import NETCDF, AnswerOfLaws
+from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
 from studies.sweeps.accuracy import ACCURACY
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
+ROUTES = Routes("catalogue", 60, guarded=(router,))
 
 QUESTION: dict[str, Any] = {
     "speed": ["3 km/s", "6 km/s"],

@@ -10,11 +10,12 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 from zipstream import ZipStream
 
+from service.api.archives import archive_of
 from service.api.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, MadeFile
+from service.api.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
 from service.api.downloads import Download, bring_back, media_type_of, send_file, serves
 from service.api.errors import NotReady
-from service.api.routes.archives import archive_of
-from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
+from service.api.routes import Routes
 from service.api.schemas import REPORT_SCHEMA
 from service.api.turns import WaitingThreads, in_waiting_thread, turn_of
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
@@ -34,6 +35,7 @@ from studies.quantities.files import (
 NOT_PUBLISHED = "nothing was published; `whipple retry` publishes it again"
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
+ROUTES = Routes("files", 20, guarded=(router,))
 
 SoFar = Annotated[bool, Query(description="Return the file of the results so far while the sweep is unfinished")]
 

@@ -6,8 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 
 from service.api.access import Caller, Submitter
-from service.api.readiness import check_directory
-from service.api.routes.dependencies import (
+from service.api.dependencies import (
     AppArtifacts,
     AppSettings,
     AppStore,
@@ -21,6 +20,8 @@ from service.api.routes.dependencies import (
     check_priority,
     link_next,
 )
+from service.api.readiness import check_directory
+from service.api.routes import Routes
 from service.api.schemas import (
     AcceptedSweepModel,
     EstimateModel,
@@ -40,6 +41,7 @@ from studies.sweeps.cost import OF_SWEEP
 
 submitting = APIRouter(prefix="/v1/sweeps", tags=["submit"])
 router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
+ROUTES = Routes("sweeps", 10, guarded=(submitting, router))
 
 RETRY_AFTER = "2"  # s, until a new sweep is worth another request
 SWEEP_BODY: dict[str, Any] = {

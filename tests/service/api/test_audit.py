@@ -8,13 +8,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from fastapi.routing import APIRoute
 from fastapi.testclient import TestClient
 
 from service import logs
 from service.api import access
 from service.api.access import WrongKeys
-from service.api.app import GUARDED, OPEN
 from service.api.browsers import SAFE_METHODS
 from service.api.middleware import READS
 from service.records.jobs import AuditEntry, Scope
@@ -22,8 +20,8 @@ from service.store.tables import AUDIT
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
 from tests.service.api.test_keys import ELSEWHERE, NAME
-from tests.service.api.test_login import token_on
-from tests.service.support.api import SWEEP, Api, open_api
+from tests.service.pages.test_login import token_on
+from tests.service.support.api import SWEEP, Api, every_route, open_api
 
 PEER = "10.1.2.3"
 
@@ -72,9 +70,8 @@ def test_every_route_that_changes_something__is_recorded(api: Api, compared: Com
     """A route with an unsafe method leaves a row whether its order is carried out or refused, but for two that read."""
     key, secret = api.store.keys.issue("anna", [Scope.ADMIN])
     anna, browser = peer(api, secret), peer(api)
-    routes = [route for router in (*OPEN, *GUARDED) for route in router.routes if isinstance(route, APIRoute)]
     missing = []
-    for route in sorted(routes, key=lambda route: route.name == "log_out"):  # the last order of the browser
+    for route in sorted(every_route(), key=lambda route: route.name == "log_out"):  # the last order of the browser
         for method in set(route.methods or ()) - SAFE_METHODS:
             path = route.path.replace("{id}", "0" * 32).replace("{order}", "cancel").replace("{scenario}", "thin_plate")
             form = {"csrf_token": token_on(browser.get("/login")), "key": secret, "order": "submit"}

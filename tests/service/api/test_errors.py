@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from service.api.browsers import BROWSER, FORM
-from service.api.routes.dependencies import LONGEST_BODY
+from service.api.dependencies import LONGEST_BODY
 from service.records.jobs import StoreUnavailable
 from tests.service.support.api import SWEEP, Api, sweep_of
 

@@ -10,7 +10,7 @@ from service.client.client import Client
 from service.records.jobs import Keep, Scope
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
-from tests.service.api.test_asking import FIELDS, send
+from tests.service.pages.test_asking import FIELDS, send
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 
 FREE = (1 << 30) + 100_000  # bytes, of which the reserve leaves little
@@ -110,7 +110,7 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
 ) -> None:
     """Estimates beyond memory, disk or quota are refused at the door, priority and files by the scope of the key."""
     monkeypatch.setattr(
-        "service.api.routes.dependencies.free_bytes", lambda _folder: FREE if field == "disk" else 2 * FREE
+        "service.api.dependencies.free_bytes", lambda _folder: FREE if field == "disk" else 2 * FREE
     )
     with open_api(tmp_path, **settings) as api:
         response = api.http.post("/v1/sweeps", json=SWEEP, params=query, headers=header_of(api))

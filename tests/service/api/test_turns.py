@@ -11,19 +11,17 @@ from typing import Any
 import anyio
 import httpx
 import pytest
-from fastapi.routing import APIRoute
 
 from service.api import access
 from service.api.access import Caller, KnownCallers
-from service.api.app import GUARDED, OPEN
 from service.api.browsers import BROWSER, FORM
+from service.api.dependencies import submission_of
 from service.api.errors import TooManyRequests
-from service.api.routes.dependencies import submission_of
 from service.api.turns import MOST_READING, Places, Turn
 from service.records.expansion import expand
 from service.records.jobs import Scope
 from studies.sweeps.sweep import Sweep
-from tests.service.support.api import SWEEP, Api, ReadersHere, SameFile, open_api, served
+from tests.service.support.api import SWEEP, Api, ReadersHere, SameFile, every_route, open_api, served
 from tests.service.support.fakes import DEADLINE, wait_until
 
 OPEN_FORMS = {"/login", "/logout"}  # whose forms hold a key or the token, and are read without a key
@@ -170,7 +168,7 @@ def half_sent(url: str, method: str, path: str, *headers: str) -> Iterator[socke
 
 def test_body__of_a_sender_without_a_key_is_never_waited_for(strict: tuple[Api, str, httpx.Client]) -> None:
     _, url, client = strict
-    routes = [each for router in (*OPEN, *GUARDED) for each in router.routes if isinstance(each, APIRoute)]
+    routes = [*every_route()]
     for route in routes:
         path = re.sub(r"\{.*?\}", "a", route.path)
         for method in sorted({*(route.methods or ()), "HEAD", "OPTIONS"} - ({"POST"} if path in OPEN_FORMS else set())):

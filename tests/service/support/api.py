@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
+from fastapi.routing import APIRoute
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
 from service.api.conversions import Conversions
 from service.api.readers import Readers
 from service.api.reading import Posted, Read, Refusal, read
+from service.api.routes import all_routes
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
@@ -63,6 +65,13 @@ LARGE_SWEEPS = {
         axes={"speed": {"low": "4 km/s", "high": "8 km/s"}}, combine="sobol", points=8192, seed=1
     ),
 }
+
+
+def every_route() -> Iterator[APIRoute]:
+    """The routes of the interface, those of features among them."""
+    for routes in all_routes():
+        for router in (*routes.open, *routes.guarded):
+            yield from (route for route in router.routes if isinstance(route, APIRoute))
 
 
 @dataclass

@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 from service import version
 from service.api.access import Caller
 from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
+from service.pages.page_routes import head_links
 from studies import scenarios
 from studies.quantities.display import display_of, duration
 
@@ -30,14 +31,9 @@ def code(text: str | None) -> Markup:
 
 
 TEMPLATES = Environment(
-    loader=PackageLoader("service.api"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
+    loader=PackageLoader("service.pages"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
 )
-# The pages that every page links.
-PAGES = (
-    *(("/", "Sweeps"), ("/new", "New"), ("/shields", "Shields"), ("/scenarios", "Scenarios"), ("/laws", "Laws")),
-    *(("/materials", "Materials"), ("/shots", "Shots"), ("/docs", "API")),
-)
-TEMPLATES.globals["pages"] = PAGES
+TEMPLATES.globals["head_links"] = head_links
 TEMPLATES.filters |= {
     "code": code,
     "duration": duration,

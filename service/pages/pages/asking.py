@@ -1,6 +1,6 @@
 """The form of a new sweep, made from the record of its scenario; its cost, its set-up, and the same request elsewhere.
 
-A child process reads the form (``service.api.pages.forms``), as it reads the documents of programs. The page comes back
+A child process reads the form (``service.pages.forms``), as it reads the documents of programs. The page comes back
 with what it found, so that the form works without scripts; a script asks for the same page while a person writes.
 """
 
@@ -15,12 +15,13 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, Submitter
 from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
-from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
-from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
-from service.api.pages.rendering import SEE_OTHER, page
+from service.api.dependencies import AppSettings, AppStore, read_content, submission_of, submitting
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppSettings, AppStore, read_content, submission_of, submitting
 from service.api.schemas import EstimateModel, example_sweeps
+from service.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
+from service.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
 from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
 from studies import materials, scenarios
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
@@ -30,6 +31,7 @@ from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent
 from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422

@@ -9,10 +9,11 @@ from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
-from service.api.pages.fields import field_of, placed
-from service.api.pages.rendering import page
+from service.api.dependencies import read_content
 from service.api.reading import AnsweredForm, answered_form
-from service.api.routes.dependencies import read_content
+from service.pages.fields import field_of, placed
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
 from service.records.jobs import KEY_VARIABLE
 from studies import materials
 from studies.answers import EXAMPLE
@@ -25,6 +26,7 @@ from studies.quantities.parameters import declared
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
 
 # The sheet has its styles inside, and runs and loads nothing.
 SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"

@@ -7,16 +7,8 @@ from fastapi import Depends, Request
 
 from service.api.access import Submitter
 from service.api.browsers import FormFields, idempotency_of
+from service.api.dependencies import AppSettings, AppStore, RunId, SweepId, read_content, submission_of, submitting
 from service.api.reading import alone, longer
-from service.api.routes.dependencies import (
-    AppSettings,
-    AppStore,
-    RunId,
-    SweepId,
-    read_content,
-    submission_of,
-    submitting,
-)
 from service.records.jobs import USUAL_PRIORITIES, Conflict, Keep, Scope, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at

@@ -7,11 +7,13 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, key_of, known_caller
 from service.api.browsers import SESSION, FormFields, check_token, cookie, set_cookie
+from service.api.dependencies import AppStore
 from service.api.errors import Unauthorized, problem_response
-from service.api.pages.rendering import SEE_OTHER, page
-from service.api.routes.dependencies import AppStore
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("login", 90, router, is_open=True)
 
 
 @router.get("/login")

@@ -12,11 +12,11 @@ from zipfile import ZipFile
 
 import pytest
 
-from service.api.pages.charts import Chart, ChartLine
-from service.api.pages.grid import SHADES, layout_of, shown_cells
-from service.api.pages.rendering import PAGES
-from service.api.pages.runs import _printed
-from service.api.pages.sweeps import _beside_walls
+from service.pages.charts import Chart, ChartLine
+from service.pages.grid import SHADES, layout_of, shown_cells
+from service.pages.page_routes import head_links
+from service.pages.pages.runs import _printed
+from service.pages.pages.sweeps import _beside_walls
 from service.records.jobs import GridCell, Keep, State
 from service.store.tables import SWEEPS
 from solver import PHYSICS_VERSION
@@ -66,7 +66,7 @@ def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) 
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT], [VIEWS])
     links = Links(response.text)
-    seen_from_the_first = {address for address, _ in PAGES} if path != "/" else set()
+    seen_from_the_first = {address for address, _ in head_links()} if path != "/" else set()
     for address in set(links.addresses) - seen_from_the_first:
         assert re.match(r"/(?!/)|#|\?|data:,$", address), address
         page, _, id = address.partition("#")

@@ -11,10 +11,11 @@ from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
 from service.api.access import Reader
-from service.api.pages.formulas import typeset
-from service.api.pages.rendering import page
+from service.api.dependencies import read_content
 from service.api.reading import drawn_material
-from service.api.routes.dependencies import read_content
+from service.pages.formulas import typeset
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
@@ -24,6 +25,8 @@ from studies.quantities.display import display_alone, printed_in, with_unit
 from studies.quantities.parameters import declared
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+LINKS = (("/scenarios", "Scenarios"), ("/laws", "Laws"), ("/materials", "Materials"), ("/shots", "Shots"))
+PAGE = PageRoutes("catalogue", 40, router, LINKS)
 
 SHOWN = 100  # shots on shields on one page
 SHIELDS = "shields"  # the table of shots on shields

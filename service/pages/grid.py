@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from service.api.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart, ChartLine
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement

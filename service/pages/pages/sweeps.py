@@ -13,15 +13,16 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import check_token
+from service.api.dependencies import AppArtifacts, AppSettings, AppStore, LocalArtifacts, SweepId
 from service.api.downloads import bring_back
-from service.api.pages.charts import Chart, drawn
-from service.api.pages.derived import LongerSweep
-from service.api.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
-from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, LocalArtifacts, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
+from service.pages.charts import Chart, drawn
+from service.pages.derived import LongerSweep
+from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
 from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.laws import CRITICAL
@@ -30,6 +31,7 @@ from studies.quantities.files import REPORT_JSON
 from studies.quantities.numerical_defaults import NO_FAILURE
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("sweeps", 10, router, (("/", "Sweeps"),))
 
 Order = Literal["cancel", "retry", "delete"]
 LONGEST_TEXT = 200  # characters of what is searched for

@@ -13,15 +13,16 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader
 from service.api.browsers import check_token
+from service.api.dependencies import AppStore, LocalArtifacts, RunId
 from service.api.downloads import bring_back
-from service.api.pages.charts import Chart, ChartLine, drawn
-from service.api.pages.derived import FilmedRun
-from service.api.pages.grid import in_words, quantities_of, value_of
-from service.api.pages.rendering import SEE_OTHER, page
-from service.api.routes.dependencies import AppStore, LocalArtifacts, RunId
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.files.artifacts import LOG, Artifacts
+from service.pages.charts import Chart, ChartLine, drawn
+from service.pages.derived import FilmedRun
+from service.pages.grid import in_words, quantities_of, value_of
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
 from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
@@ -34,6 +35,7 @@ from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("runs", 90, router)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown
 LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB

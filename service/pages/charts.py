@@ -9,8 +9,8 @@ from urllib.parse import urlencode
 from fastapi import Request, Response
 from markupsafe import Markup
 
+from service.api.dependencies import read_posted
 from service.api.reading import Posted, drawn_chart
-from service.api.routes.dependencies import read_posted
 from service.records.jobs import NotFound
 
 MOST_LINES = 8  # in as many colours

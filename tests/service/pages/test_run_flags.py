@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.api.pages.runs import _printed
+from service.pages.pages.runs import _printed
 from studies.runs.results import RunResult
 from studies.runs.run_log import RunLog
 from tests.studies.support.fakes import measured

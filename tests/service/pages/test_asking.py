@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 
 from service.api.browsers import ONCE, TOKEN_FIELD
-from service.api.pages.asking import ORDER, SUBMIT
-from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
-from service.api.pages.formulas import typeset
+from service.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
+from service.pages.formulas import typeset
+from service.pages.pages.asking import ORDER, SUBMIT
 from service.records.jobs import Scope
 from studies import laws, materials, scenarios
 from studies.quantities.parameters import declared
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.service.api.test_login import log_in, token_on
+from tests.service.pages.test_login import log_in, token_on
 from tests.service.support.api import SWEEP, Api, open_api
 from tests.service.support.fakes import issue_key
 

@@ -1,0 +1,5 @@
+"""Pages, one module for what belongs together.
+
+To add one: a module here that offers its ``PageRoutes`` as ``PAGE``; a feature offers its own by an entry point of the
+group ``whipple.service.pages.pages``.
+"""
