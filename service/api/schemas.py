@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
 from service.records.jobs import (
@@ -356,7 +356,7 @@ class VersionModel(Answer):
     python: str
 
 
-def example_sweeps() -> dict[str, dict[str, Any]]:
+def example_sweeps() -> dict[str, JsonValue]:
     """The sweeps that ship, as named examples of OpenAPI."""
     documents = {name: read_yaml(examples.text(name), name) for name in examples.names()}
     return {name: {"summary": document["title"], "value": document} for name, document in documents.items()}

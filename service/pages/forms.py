@@ -1,52 +1,57 @@
 """Forms of a sweep in a child process: the fields of a page as a document, and a document as fields.
 
-A field holds what the document holds, as a person writes it: ``6 km/s``, ``3 km/s, 6 km/s``, ``2 km/s to 7 km/s step 1
-km/s``, or the document's own YAML in brackets. A field with several values is an axis, and so is one value with a comma
-behind it. What has no field of its own stands in the field ``more``, as YAML.
+A field holds YAML, as the document does: ``6 km/s``, or ``{start: 2 km/s, stop: 7 km/s, step: 1 km/s}``. Several values
+with commas between them are an axis, and so is a list: ``[6 km/s]``. Titles, decks and tables of shots are texts. What
+has no field of its own stands in the field ``more``.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pprint import pformat
 from textwrap import indent
-from typing import Any
 
 import yaml
 
-from service.api import reading
-from service.api.reading import PARSERS, EstimatedSweep, Posted
+from service.api.documents import Plain, read_yaml
+from service.api.reading import EstimatedSweep, estimated_sweep, expanded_sweep
 from service.records.expansion import ExpandedSweep
 from studies import scenarios
 from studies.observations import written
-from studies.quantities.findings import Finding, Findings, InvalidInput
+from studies.quantities.findings import Finding, Findings, InvalidInput, refusal
 from studies.quantities.parameters import Parameter, Value, declared
-from studies.sweeps.reading import KEYS, RESOLUTION, SweepLimits
+from studies.sweeps.reading import KEYS, SweepLimits
 from studies.sweeps.sweep import Sweep
 
 MORE = "more"  # the field of what has no field of its own
-# Fields that hold a text of the document, and those of whole numbers.
 OBSERVATIONS = "observations"
-WORDS = ("title", "name", "combine", "accuracy", "model_part", OBSERVATIONS)
-COUNTS = ("offsets", "points", "seed")
-OF_PARAMETERS = ("fixed", "axes")
+# The other fields: texts, single values, and mappings of several lines.
+TEXTS = ("title", "name", OBSERVATIONS)
+VALUES = ("combine", "accuracy", "model_part", "resolution", "offsets", "points", "seed")
+MAPPINGS = ("materials", MORE)
+OF_DOCUMENT = (*TEXTS, *VALUES, *MAPPINGS)
 SAMPLED = ("latin-hypercube", "sobol")
-LOW, HIGH = "low", "high"  # keys of a sampled axis
 SAMPLES = "values"  # key of a sampled axis with what was drawn
-RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-YAML = "application/yaml"
 PLACE = re.compile(r"line (\d+), column (\d+)")
-LONGEST_NUMBER = 30  # digits of a whole one
 WIDEST = 10_000  # letters in a line of YAML
-BOOLEANS: Mapping[str, bool] = {"true": True, "false": False}
+
+
+@dataclass(frozen=True)
+class SweepForm:
+    """The fields of a form, and the document with which it begins, whose values it may change."""
+
+    scenario: str
+    fields: Mapping[str, str]
+    document: Mapping[str, Plain]
+    is_submitted: bool
+    max_runs: int
 
 
 @dataclass(frozen=True)
 class AskedSweep:
     """What a page says of the form that it shows."""
 
+    scenario: str
     fields: Mapping[str, str]
     yaml: str  # the document; empty where it is refused
     own_materials: tuple[str, ...]
@@ -57,20 +62,21 @@ class AskedSweep:
     setup: tuple[str, str] | None  # drawing of the set-up and its alternative text
 
 
-def asked(form: Any, posted: Posted) -> AskedSweep:
-    """The sweep of a form: of ``fields``, and of a ``document`` that they change; expanded if it is to be submitted."""
-    fields = {**fields_of(form["document"]), **form["fields"]}
+def asked(form: SweepForm) -> AskedSweep:
+    """The sweep of a form, priced, or expanded if it is to be submitted."""
+    fields = {**fields_of(form.document), **form.fields}
     findings = Findings()
-    document = findings.attempt(document_of, fields)
-    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(posted.max_runs))
+    document = findings.attempt(document_of, form.scenario, fields)
+    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(form.max_runs))
     cost = expanded = None
-    if sweep is not None and form["submit"]:
-        expanded = findings.attempt(reading.expanded, document, posted)
+    if sweep is not None and form.is_submitted:
+        expanded = findings.attempt(expanded_sweep, sweep)
     if sweep is not None and expanded is None:
-        cost = findings.attempt(reading.estimated, document, posted)
+        cost = findings.attempt(estimated_sweep, sweep, form.max_runs)
     return AskedSweep(
+        scenario=form.scenario,
         fields=fields,
-        yaml="" if cost is None and expanded is None else as_yaml(document),
+        yaml="" if document is None or (cost is None and expanded is None) else as_yaml(document),
         own_materials=tuple(map(str, sweep.materials)) if sweep else (),
         python="" if cost is None else pformat(document, width=100, sort_dicts=False),
         findings=tuple(dict.fromkeys(findings)),
@@ -80,188 +86,153 @@ def asked(form: Any, posted: Posted) -> AskedSweep:
     )
 
 
-# --- fields to document ---------------------------------------------------------------------------
-
-
-def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
+def document_of(scenario: str, fields: Mapping[str, str]) -> dict[str, Plain]:
     """The document of a form; empty fields are left out. Raises InvalidInput naming the fields.
 
-    >>> fields = {"scenario": "thin_plate", "speed": "3 km/s, 6 km/s", "projectile_diameter": "8 mm", "offset": ""}
-    >>> document_of(fields)
+    >>> document_of("thin_plate", {"speed": "3 km/s, 6 km/s", "projectile_diameter": "8 mm", "title": ""})
     {'scenario': 'thin_plate', 'fixed': {'projectile_diameter': '8 mm'}, 'axes': {'speed': ['3 km/s', '6 km/s']}}
     """
+    record = declared(scenarios.load(scenario).parameters)
     findings = Findings()
-    record = declared(scenarios.load(fields["scenario"]).parameters)
-    # A tab at the end of a table is an empty cell.
-    given = {
-        name: text.strip(" \r\n" if name == OBSERVATIONS else None) for name, text in fields.items() if text.strip()
-    }
-    document: dict[str, Any] = {name: given[name] for name in WORDS if name in given}
-    document |= {"scenario": fields["scenario"], "fixed": {}, "axes": {}}
-    for name, parameter in record.items():
-        if name in given:
-            text = fields[name] if parameter.kind == "text" else given[name]
-            value = findings.attempt(read_value, name, text, parameter)
-            if isinstance(value, dict) and LOW in value and given.get("combine") not in SAMPLED:
-                step = f"write {text} step and how far apart values are, or sample: set combine to sobol"
-                findings.append(Finding(name, text, "several values, or a range with its step", step))
-            document["axes" if isinstance(value, list | dict) else "fixed"][name] = value
-    if RESOLUTION in record and "resolution" in given:
-        document["resolution"] = findings.attempt(read_value, "resolution", given["resolution"], record[RESOLUTION])
-    document |= {name: _number(given[name]) for name in COUNTS if name in given}
-    if "materials" in given:
-        document["materials"] = findings.attempt(_read_yaml, "materials", given["materials"])
-    more = findings.attempt(_read_yaml, MORE, given[MORE]) if MORE in given else None
+    read: dict[str, Plain] = {}
+    for name in (*record, *OF_DOCUMENT):
+        if fields.get(name, "").strip():
+            read[name] = findings.attempt(_reader(record.get(name), name), name, fields[name])
     findings.check()
-    if isinstance(more, Mapping):
-        document |= {name: _joined(document.get(name), part) for name, part in more.items()}
-    elif more is not None:
-        raise InvalidInput([Finding(MORE, "no mapping", "keys of a sweep with their values", "write laws: [...]")])
-    _give_axis(document, record)
-    ordered = {**{key: document[key] for key in KEYS if key in document}, **document}
-    return {key: part for key, part in ordered.items() if part not in ({}, None)}
+    more = read.pop(MORE, {})
+    if not isinstance(more, dict):
+        raise refusal(MORE, more, "keys of a sweep with their values", "write laws: [...]")
+    fixed = {name: value for name, value in read.items() if name in record and not _varies(value)}
+    axes = {name: value for name, value in read.items() if name in record and _varies(value)}
+    document: dict[str, Plain] = {"scenario": scenario, "fixed": fixed, "axes": axes}
+    document |= {name: value for name, value in read.items() if name not in record}
+    for key, part in more.items():
+        own = document.get(key)
+        document[key] = {**own, **part} if isinstance(own, dict) and isinstance(part, dict) else part
+    if not document["axes"]:  # a sweep has one
+        name, values = _axis_of_one(fixed, record)
+        document |= {"axes": {name: values}, "fixed": {key: value for key, value in fixed.items() if key != name}}
+    return {key: document[key] for key in dict.fromkeys((*KEYS, *document)) if document.get(key) not in (None, {})}
 
 
-def read_value(field: str, text: str, parameter: Parameter) -> Any:
-    """The value of a field as a document has it: one, a list, or a range; raises InvalidInput naming the field."""
-    if parameter.kind == "text":
-        return text
-    if text[0] in "[{":
-        return _read_yaml(field, text)
-    ends = RANGE.fullmatch(text)
-    if ends and parameter.kind in ("quantity", "integer"):
-        low, high, step = ends.groups()
-        if step is None:
-            return {LOW: _number(low), HIGH: _number(high)}
-        return {"start": _number(low), "stop": _number(high), "step": _number(step)}
-    if "," in text:
-        return [_one(part.strip(), parameter) for part in text.split(",") if part.strip()]
-    return _one(text, parameter)
+def _varies(value: Plain) -> bool:
+    return isinstance(value, list | dict)
 
 
-def _one(text: str, parameter: Parameter) -> Any:
-    if parameter.kind == "boolean":
-        return BOOLEANS.get(text.lower(), text)
-    return _number(text) if parameter.kind in ("quantity", "integer") else text
+def _axis_of_one(fixed: Mapping[str, Plain], record: Mapping[str, Parameter]) -> tuple[str, list[Plain]]:
+    """An axis for a form without one: its first value that is no text, else a default."""
+    for name, value in fixed.items():
+        if record[name].kind != "text":
+            return name, [value]
+    number = next(each for each in record.values() if each.unit is not None and each.default is not None)
+    return number.name, [written(number.default, number.unit)]
 
 
-def _number(text: str) -> Any:
-    """A number as one, any other text as it is."""
-    if not NUMBER.fullmatch(text):
-        return text
-    return int(text) if text.lstrip("+-").isdigit() and len(text) < LONGEST_NUMBER else float(text)
+def _reader(parameter: Parameter | None, name: str) -> Callable[[str, str], Plain]:
+    if name in TEXTS or (parameter is not None and parameter.kind == "text"):
+        return _read_text
+    return _read_mapping if name in MAPPINGS else read_value
 
 
-def _read_yaml(field: str, text: str) -> Any:
-    """The content of a field in YAML; raises InvalidInput naming the field."""
+def _read_text(name: str, text: str) -> str:
+    # Lines of a deck keep their numbers, and a tab at the end of a table is an empty cell.
+    return text.strip() if name in TEXTS and name != OBSERVATIONS else text.strip("\r\n")
+
+
+def read_value(name: str, text: str) -> Plain:
+    """The value of a field, or its values with commas between them; raises InvalidInput naming it."""
     try:
-        return PARSERS[YAML](f"value:\n{indent(text, ' ')}".encode())["value"]
+        values = read_yaml(f"value: [\n{text}\n]".encode())["value"]
+    except InvalidInput:
+        limit = "a value, or several with commas between them, in YAML"
+        raise refusal(name, text, limit, "close each bracket and quote, and put quotes around long texts") from None
+    assert isinstance(values, list)
+    return values if len(values) > 1 else values[0]
+
+
+def _read_mapping(name: str, text: str) -> Plain:
+    """The content of a field of several lines; raises InvalidInput naming it."""
+    try:
+        return read_yaml(f"value:\n{indent(text, ' ')}".encode())["value"]
     except InvalidInput as error:
         raise InvalidInput(
-            Finding(field, PLACE.sub(_in_field, each.value), each.limit, each.cure) for each in error.findings
+            Finding(name, PLACE.sub(_in_field, finding.value), finding.limit, finding.cure)
+            for finding in error.findings
         ) from None
 
 
 def _in_field(place: re.Match[str]) -> str:
-    """A line and column of the text of a field, which is read a line below and a column to the right."""
+    """A line and column of a field, which is read a line below and a column to the right."""
     return f"line {int(place[1]) - 1}, column {int(place[2]) - 1}"
 
 
-def _joined(part: Any, more: Any) -> Any:
-    return {**part, **more} if isinstance(part, dict) and isinstance(more, dict) else more
-
-
-def _give_axis(document: dict[str, Any], record: Mapping[str, Parameter]) -> None:
-    """Make a value an axis of one, because a sweep has an axis: the first that is no text, else a default."""
-    fixed = document["fixed"]
-    if document["axes"] or not isinstance(fixed, dict):
-        return
-    name = next((name for name in fixed if name in record and record[name].kind != "text"), None)
-    if name is not None:
-        document["axes"] = {name: [fixed.pop(name)]}
-        return
-    numbers = (each for each in record.values() if each.kind in ("quantity", "integer") and each.default is not None)
-    document["axes"] = {each.name: [written(each.default, each.unit)] for each in islice(numbers, 1)}
-
-
-# --- document to fields ---------------------------------------------------------------------------
-
-
-def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
+def fields_of(document: Mapping[str, Plain]) -> dict[str, str]:
     """The fields of a document; what has none stands in the field ``more``."""
-    if not document:
-        return {}
-    record = declared(scenarios.load(document["scenario"]).parameters)
-    fields = {"scenario": str(document["scenario"])}
-    more: dict[str, Any] = {}
+    record = declared(scenarios.load(str(document["scenario"])).parameters) if document else {}
+    fields: dict[str, str] = {}
+    more: dict[str, Plain] = {}
     for key, part in document.items():
-        if key == "axes" and document.get("combine") in SAMPLED and not _is_in_order(part, record):
-            more[key] = {name: _without_samples(value) for name, value in part.items()}
-        elif key in OF_PARAMETERS:
-            known = {name: value for name, value in part.items() if _has_field(record.get(name), value)}
-            fields |= {name: _written(value) for name, value in known.items()}
-            more |= {key: left} if (left := {name: value for name, value in part.items() if name not in known}) else {}
-        elif key == "materials":
-            fields |= {key: as_yaml(part)} if part else {}
-        elif key in (*WORDS, *COUNTS, "resolution") and (key != OBSERVATIONS or isinstance(part, str)):
-            fields |= {} if part is None else {key: _written(part)}
-        elif key not in ("scenario", "cells") and part not in (None, [], {}):  # the accuracy chooses cells anew
+        if key in ("fixed", "axes") and isinstance(part, Mapping):
+            # Which sample has which values depends on the order of the axes, which fields do not keep.
+            has_fields = key == "fixed" or document.get("combine") not in SAMPLED
+            known = {name: value for name, value in part.items() if has_fields and _fits(record.get(name), value)}
+            others = {name: _without_samples(value) for name, value in part.items() if name not in known}
+            fields |= {name: _written(record[name].kind == "text", value) for name, value in known.items()}
+            more |= {key: others} if others else {}
+        elif key == "cells" or part in (None, [], {}):  # the accuracy chooses cells anew
+            continue
+        elif key in ("materials", *VALUES) or (key in TEXTS and isinstance(part, str)):
+            fields[key] = as_yaml(part) if key in MAPPINGS else _written(key in TEXTS, part)
+        elif key != "scenario":
             more[key] = part
     return fields | ({MORE: as_yaml(more)} if more else {})
 
 
-def _has_field(parameter: Parameter | None, value: Any) -> bool:
+def _fits(parameter: Parameter | None, value: Plain) -> bool:
     """Whether a value can stand in the field of a parameter; several texts of lines cannot."""
     return parameter is not None and (parameter.kind != "text" or isinstance(value, str))
 
 
-def _is_in_order(axes: Mapping[str, Any], record: Mapping[str, Parameter]) -> bool:
-    """Whether axes are in the order that fields give them; which sample has which values depends on it."""
-    return [*axes] == [*(name for name in record if name in axes), *(name for name in axes if name not in record)]
-
-
-def _without_samples(value: Any) -> Any:
+def _without_samples(value: Plain) -> Plain:
     return {key: part for key, part in value.items() if key != SAMPLES} if isinstance(value, Mapping) else value
 
 
-def _written(value: Any) -> str:
-    """A value, a list or a range as a person writes it into a field."""
-    value = _without_samples(value)
-    if isinstance(value, Mapping):
-        if set(value) == {"start", "stop", "step"}:
-            return f"{value['start']} to {value['stop']} step {value['step']}"
-        return f"{value['low']} to {value['high']}" if set(value) == {"low", "high"} else _in_one_line(value)
-    if isinstance(value, list):
-        texts = [_written(each) for each in value]
-        if any(set(text) & set(",[{") for text in texts):
-            return _in_one_line(value)
-        return ", ".join(texts) if len(texts) > 1 else f"{texts[0]},"  # of one value it stays an axis
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _written(is_text: bool, value: Plain) -> str:
+    """A value as its field has it, which reads it as itself."""
+    if is_text:
+        return str(value)
+    values = value if isinstance(value, list) and len(value) > 1 else [value]
+    text: str = yaml.safe_dump(values, default_flow_style=True, sort_keys=False, allow_unicode=True, width=WIDEST)
+    return text.strip()[1:-1]
 
 
-def _in_one_line(value: Any) -> str:
-    """A value as YAML in brackets."""
-    return str(yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=WIDEST)).strip()
+# --- YAML to read -----------------------------------------------------------------------------------
 
 
 class _Dumper(yaml.SafeDumper):
     """Writes lists and ranges in one line, and texts of several lines as they are."""
 
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        return super().represent_sequence(tag, sequence, not any(isinstance(each, dict | list) for each in sequence))
 
-    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
-        return super().represent_mapping(tag, mapping, bool({"start", "low", "limit_of"} & {*mapping}))
+def _represent_list(dumper: yaml.SafeDumper, values: Sequence[Plain]) -> yaml.Node:
+    is_flat = not any(isinstance(value, dict | list) for value in values)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=is_flat)
 
 
-def _represent_text(dumper: yaml.SafeDumper, text: str) -> Any:
+def _represent_mapping(dumper: yaml.SafeDumper, mapping: Mapping[str, Plain]) -> yaml.Node:
+    is_range = bool({"start", "low", "limit_of"} & {*mapping})
+    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=is_range)
+
+
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, "|" if "\n" in text else None)
 
 
+_Dumper.add_representer(list, _represent_list)
+_Dumper.add_representer(dict, _represent_mapping)
 _Dumper.add_representer(str, _represent_text)
 
 
-def as_yaml(document: Any) -> str:
+def as_yaml(document: Plain) -> str:
     """A document as YAML; every line of a text in it is indented."""
     text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDEST)
     return text

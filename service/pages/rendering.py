@@ -13,11 +13,16 @@ from markupsafe import Markup, escape
 from service import version
 from service.api.access import Caller
 from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
+from service.api.dependencies import in_child
+from service.pages.charts import Chart
+from service.pages.computed import drawn_chart
 from service.pages.page_routes import head_links
+from service.records.jobs import NotFound
 from studies import scenarios
 from studies.quantities.display import display_of, duration
 
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
+KEPT_SECONDS = 86400  # by a browser: the address of a chart names its content
 UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'
 
 
@@ -77,3 +82,11 @@ def problem_page(request: Request, problem: Mapping[str, Any], headers: Mapping[
     again = request.headers.get("sec-fetch-site") == "cross-site"
     wrong = problem if KEY_WAS_SENT in headers["WWW-Authenticate"] else None
     return page(request, "login.html", status=status, headers=headers, problem=wrong, to=to, again=again)
+
+
+async def drawn(request: Request, chart: Chart) -> Response:
+    """A chart as SVG; raises NotFound for an empty one, TooManyRequests where no child process is free in time."""
+    if chart.is_empty:
+        raise NotFound("values to draw of", chart.title)
+    svg = await in_child(request, drawn_chart, chart.drawn_part())
+    return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})

@@ -6,10 +6,11 @@ from dataclasses import asdict
 from functools import cache
 from typing import Any
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel
 
-from service.api.dependencies import NETCDF, AnswerOfLaws
+from service.api.dependencies import PostedDocument, in_child
+from service.api.reading import answered, answered_as_cube
 from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
@@ -19,6 +20,7 @@ from studies.sweeps.accuracy import ACCURACY
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 ROUTES = Routes("catalogue", 60, guarded=(router,))
 
+NETCDF = "application/x-netcdf"
 QUESTION: dict[str, Any] = {
     "speed": ["3 km/s", "6 km/s"],
     "projectile": "al-2017-t4",
@@ -91,12 +93,14 @@ def list_laws() -> CatalogueModel:
 
 
 @router.post("/laws/evaluate", openapi_extra=QUESTION_BODY, responses={200: QUESTION_ANSWER})
-def evaluate_laws(answer: AnswerOfLaws) -> Response:
+async def evaluate_laws(request: Request, posted: PostedDocument) -> Response:
     """What every law says of a shot, or of many: value, whether it is in range, source, and the nearest shots.
 
     Nothing is stored or run. With `Accept: application/x-netcdf` the answer is a cube.
     """
-    return answer
+    as_cube = NETCDF in request.headers.get("accept", "")
+    content = await in_child(request, answered_as_cube if as_cube else answered, posted)
+    return Response(content, media_type=NETCDF if as_cube else "application/json")
 
 
 @written_once("/accuracies", CatalogueModel)

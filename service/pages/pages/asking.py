@@ -5,29 +5,34 @@ with what it found, so that the form works without scripts; a script asks for th
 """
 
 import secrets
-from collections.abc import AsyncIterator, Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Annotated, Any
+from types import MappingProxyType
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Submitter
 from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
-from service.api.dependencies import AppSettings, AppStore, read_content, submission_of, submitting
-from service.api.routes import sweeps
-from service.api.schemas import EstimateModel, example_sweeps
-from service.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
-from service.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
+from service.api.dependencies import in_child, submit, submitting
+from service.api.documents import Plain
+from service.api.routes.sweeps import priced
+from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
+from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, SweepForm, asked
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, page
 from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
+from service.store import Store
 from studies import materials, scenarios
-from studies.quantities.findings import InvalidInput, nearest_cure, refusal
+from studies.quantities.findings import Findings, InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
+from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent
+from studies.sweeps.document import read_yaml
 from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -36,94 +41,6 @@ PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422
 
-
-OF_DOCUMENT = (
-    FieldGroup(
-        "Resolution",
-        (
-            FormField(
-                "accuracy",
-                "Accuracy",
-                f"mesh error of what is measured, in per cent or by name ({', '.join(ACCURACY)}): the cells of each "
-                f"point follow from it; {in_percent(USUAL)} where no resolution is stated",
-                placeholder=in_percent(USUAL),
-            ),
-            FormField(
-                "resolution",
-                "Resolution",
-                "in place of an accuracy: cells across the projectile or bar, one number or several: 16, 24, 32",
-            ),
-            FormField(
-                "offsets",
-                "Grid offsets",
-                "runs at each resolution, the grid shifted by a part of a cell from one to the next; their scatter is "
-                "part of the error bar",
-            ),
-        ),
-        is_open=True,
-    ),
-    FieldGroup(
-        "Name of the sweep",
-        (
-            FormField("title", "Title", "stands above the report"),
-            FormField("name", "Name", "names files; by default the scenario"),
-        ),
-        is_open=True,
-    ),
-    FieldGroup(
-        "Materials of your own",
-        (
-            FormField(
-                "materials",
-                "Materials",
-                "in YAML, by name; a base gives all that you leave out, and fields above may then name them",
-                "lines",
-                placeholder="my-alloy:\n  base: al-6061-t6\n  strength:\n    A: 300 MPa",
-            ),
-        ),
-    ),
-    FieldGroup(
-        "Measured shots beside the runs",
-        (
-            FormField(
-                "observations",
-                "Shots",
-                "the name of a table that ships (see Shots), or your own as CSV: paste it, or choose its file",
-                "lines",
-                placeholder="speed [km/s],hole_diameter [mm],source\n6.18,27.5,my notebook",
-            ),
-        ),
-    ),
-    FieldGroup(
-        "How axes are combined, and more of the document",
-        (
-            FormField(
-                "combine",
-                "Combine",
-                "every value with every other is grid; zip takes them in pairs",
-                "choice",
-                choices=COMBINATIONS,
-            ),
-            FormField("points", "Points", "of axes that are sampled between two ends: 4 km/s to 8 km/s"),
-            FormField("seed", "Seed", "of sampled points"),
-            FormField(
-                "model_part",
-                "Uncertainty of the models",
-                "due to strength, failure and equation of state, stated beside the error bar: stored from earlier "
-                "studies, or screened by runs of this sweep with other models",
-                "choice",
-                choices=MODEL_PARTS,
-            ),
-            FormField(
-                MORE,
-                "More",
-                "further keys in YAML: constants of materials, fitted laws, ends",
-                "lines",
-                placeholder="axes:\n  target.strength.A: [250 MPa, 300 MPa]",
-            ),
-        ),
-    ),
-)
 
 # The parameter of a scenario that a field sets.
 NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}
@@ -139,78 +56,63 @@ def choose_scenario(request: Request, caller: Submitter) -> Response:
 # --- the form -------------------------------------------------------------------------------------
 
 
-def _beginning(
+@router.get("/new/{scenario}")
+async def show_form(
+    request: Request,
     scenario: str,
-    form: FormFields,
-    store: AppStore,
+    caller: Submitter,
     preset: Annotated[str | None, Query()] = None,
     sweep: Annotated[str | None, Query()] = None,
-) -> Mapping[str, Any]:
-    """The document with which a form begins: that of a preset or of a sweep; of a form that was sent, none."""
-    if form or not (preset or sweep):
-        return {}
+) -> Response:
+    """The form, empty or with the values of a preset, a sweep or the address."""
+    document = await run_in_threadpool(_beginning, request.app.state.store, scenario, preset, sweep)
+    form = _form(request, scenario, request.query_params, document)
+    return await run_in_threadpool(_form_page, request, caller, await in_child(request, asked, form), {})
+
+
+def _beginning(store: Store, scenario: str, preset: str | None, sweep: str | None) -> Mapping[str, Plain]:
+    """The document of a preset or of a sweep, with which a form begins; empty without one."""
     if sweep:
-        document: Mapping[str, Any] = store.sweeps.document(sweep)
+        document = store.sweeps.document(sweep)
         return document if document["scenario"] == scenario else {}
     presets = _presets(scenario)
-    if preset not in presets:
+    if preset and preset not in presets:
         raise refusal("preset", preset, f"a preset of {scenario}", nearest_cure(preset, presets))
-    return presets[preset]
+    return presets[preset] if preset else {}
 
 
-async def _asked(
+def _form(
     request: Request,
     scenario: str,
-    form: FormFields,
-    _: Submitter,
-    document: Annotated[Mapping[str, Any], Depends(_beginning)],
-) -> AsyncIterator[AskedSweep]:
-    """The sweep of a form that was sent, or of the document with which a page begins, read by a child process."""
-    known = _names(scenarios.load(scenario))
-    fields = {name: text for name, text in (form or request.query_params).items() if name in known}
-    content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
-    async with submitting(request) if content["submit"] else nullcontext():
-        yield await read_content(request, content, asked)
+    fields: Mapping[str, str],
+    document: Mapping[str, Plain] = MappingProxyType({}),
+    *,
+    is_submitted: bool = False,
+) -> SweepForm:
+    known = {*declared(scenarios.load(scenario).parameters), *OF_DOCUMENT}
+    written = {name: text for name, text in fields.items() if name in known}
+    return SweepForm(scenario, written, dict(document), is_submitted, request.app.state.settings.max_runs)
 
 
-AskedForm = Annotated[AskedSweep, Depends(_asked, scope="function")]
-
-
-def _estimate(request: Request, asked: AskedForm, store: AppStore, settings: AppSettings) -> EstimateModel | None:
-    """The cost of the sweep of a form; None of one that is refused, or submitted."""
-    return None if asked.estimated is None else sweeps.estimate_sweep(asked.estimated, store, settings, request)
-
-
-FormEstimate = Annotated[EstimateModel | None, Depends(_estimate)]
-
-
-@router.get("/new/{scenario}")
-def show_form(request: Request, caller: Submitter, asked: AskedForm, estimate: FormEstimate) -> Response:
-    """The form, empty or with the values of a preset, a sweep or the address."""
-    return _form_page(request, caller, asked, estimate, {})
-
-
-@router.post("/new/{scenario}", dependencies=[Depends(check_token)])
-def read_form(
-    request: Request,
-    caller: Submitter,
-    form: FormFields,
-    asked: AskedForm,
-    estimate: FormEstimate,
-    store: AppStore,
-    settings: AppSettings,
-) -> Response:
+@router.post("/new/{scenario}", name="submit", dependencies=[Depends(check_token)])
+async def read_form(request: Request, scenario: str, caller: Submitter, fields: FormFields) -> Response:
     """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
-    options = (0, Keep.FINAL)
-    try:
-        options = _options(form)
-        if asked.expanded is not None:
-            once = idempotency_of(form, asked.yaml, form.get("priority"), form.get("keep"))
-            submission = submission_of(settings, caller, asked.expanded, *options, once)
-            return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
-    except InvalidInput as error:
-        asked = replace(asked, findings=(*asked.findings, *error.findings))
-    return _form_page(request, caller, asked, estimate, form, options)
+    refused = Findings()
+    options = refused.attempt(_options, fields) or (0, Keep.FINAL)
+    is_submitted = fields.get(ORDER) == SUBMIT and not refused
+    form = _form(request, scenario, fields, is_submitted=is_submitted)
+    async with submitting(request) if is_submitted else nullcontext():
+        sweep = await in_child(request, asked, form)
+        if sweep.expanded is not None:
+            once = idempotency_of(fields, sweep.yaml, fields.get("priority"), fields.get("keep"))
+            try:
+                stored = await submit(request, sweep.expanded, *options, once)
+            except InvalidInput as error:
+                refused.extend(error.findings)
+            else:
+                return RedirectResponse(f"/sweeps/{stored.id}", SEE_OTHER)
+    sweep = replace(sweep, findings=(*sweep.findings, *refused))
+    return await run_in_threadpool(_form_page, request, caller, sweep, fields, options)
 
 
 def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
@@ -228,14 +130,15 @@ def _form_page(
     request: Request,
     caller: Caller,
     asked: AskedSweep,
-    estimate: EstimateModel | None,
     form: Mapping[str, str],
     options: tuple[int, Keep] = (0, Keep.FINAL),
 ) -> Response:
-    scenario = scenarios.load(asked.fields["scenario"])
+    scenario = scenarios.load(asked.scenario)
+    record = declared(scenario.parameters)
     is_submitted = form.get(ORDER) == SUBMIT
-    at = placed(asked.findings, _names(scenario), MORE)
+    at = placed(asked.findings, {*record, *OF_DOCUMENT}, MORE)
     missing = {} if is_submitted else {name: found for name, found in at.items() if is_missing(found)}
+    absent = {name for name, parameter in NEEDED.items() if parameter not in record}
     state = request.app.state
     return page(
         request,
@@ -245,11 +148,16 @@ def _form_page(
         scenario=scenario,
         presets=_presets(scenario.name),
         groups=[*_groups(scenario, asked.fields)],
+        absent=absent if scenario.accurate else absent | {"accuracy"},
+        combinations=COMBINATIONS,
+        model_parts=MODEL_PARTS,
+        accuracies=[*ACCURACY],
+        usual_accuracy=in_percent(USUAL),
         values=asked.fields,
         findings={name: found for name, found in at.items() if name not in missing},
         missing={name: label_of(name) for name in missing if name},
         asked=asked,
-        estimate=estimate,
+        estimate=None if asked.estimated is None else priced(request, asked.estimated),
         workers=state.engine.workers() or state.settings.workers,
         names=sorted({*materials.names(), *asked.own_materials}),
         options={"priority": options[0], "keep": options[1]},
@@ -262,34 +170,20 @@ def _form_page(
     )
 
 
-def _presets(scenario: str) -> dict[str, dict[str, Any]]:
+def _presets(scenario: str) -> dict[str, dict[str, Plain]]:
     """The shipped sweeps of a scenario, by name."""
-    return {name: each["value"] for name, each in example_sweeps().items() if each["value"]["scenario"] == scenario}
+    documents = ((name, read_yaml(examples.text(name), name)) for name in examples.names())
+    return {name: document for name, document in documents if document["scenario"] == scenario}
 
 
-# --- fields ---------------------------------------------------------------------------------------
-
-
-def _names(scenario: Scenario) -> set[str]:
-    """The fields of a sweep's document."""
-    return {*declared(scenario.parameters), *WORDS, *COUNTS, "resolution", "materials", MORE}
-
-
-def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[FieldGroup]:
-    """The groups of fields: first what is required or has a value, last what the records of the scenario hold else."""
+def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterator[FieldGroup]:
+    """The parameters of a scenario: first those that are required or have a value, then the records that it holds."""
     record = declared(scenario.parameters)
     groups = grouped(scenario.parameters)
     own = {name for name in groups.get("", ()) if record[name].default is not None}
     bodies = {name for name in scenario.materials if not record[name].optional}
     first = [name for name in record if record[name].required or name in own | bodies or values.get(name)]
-    yield FieldGroup("Set-up", tuple(field_of(record[name]) for name in first), is_open=True)
-    absent = {name for name, parameter in NEEDED.items() if parameter not in record}
-    absent |= set() if scenario.accurate else {"accuracy"}
-    for group in OF_DOCUMENT:
-        fields = tuple(each for each in group.fields if each.name not in absent)
-        is_open = group.is_open or any(values.get(each.name) for each in fields)
-        if fields:
-            yield FieldGroup(group.title, fields, is_open)
+    yield FieldGroup("Set-up", tuple(field_of(record[name]) for name in first))
     for title, names in groups.items():
         fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:

@@ -22,7 +22,7 @@ def show_login(request: Request) -> Response:
     return page(request, "login.html", to="/")
 
 
-@router.post("/login", dependencies=[Depends(check_token)])
+@router.post("/login", name="log-in", dependencies=[Depends(check_token)])
 def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
     """Log a browser in with a key, and show the page that it asked for; with a wrong key, the form again."""
     try:
@@ -35,7 +35,7 @@ def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
     return response
 
 
-@router.post("/logout", dependencies=[Depends(check_token)])
+@router.post("/logout", name="log-out", dependencies=[Depends(check_token)])
 def log_out(request: Request, store: AppStore) -> Response:
     """Log the browser out."""
     request.state.caller = known_caller(request)

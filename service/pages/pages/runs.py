@@ -11,19 +11,19 @@ from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
-from service.api.access import Reader
+from service.api.access import Reader, Submitter
 from service.api.browsers import check_token
-from service.api.dependencies import AppStore, LocalArtifacts, RunId
+from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.files.artifacts import LOG, Artifacts
-from service.pages.charts import Chart, ChartLine, drawn
-from service.pages.derived import FilmedRun
+from service.pages.charts import Chart, ChartLine
+from service.pages.computed import SingleRun, alone
 from service.pages.grid import in_words, quantities_of, value_of
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, page
-from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
+from service.pages.rendering import SEE_OTHER, drawn, page
+from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
 from studies.laws import CRITICAL
@@ -41,6 +41,8 @@ MOST_SWEEPS = 5  # of a run, whose links are shown
 LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
 ENERGY, TIME = "energy", ("time", "time", "s")  # axes
 LOG_BYTES = 4096  # of the end of a log
+MOST_PLACES = 10  # sweeps of a run that are looked at
+FILM_OF = "Film of a run of "  # the title of a film begins so
 MOST_CHARTS = 24  # histories of measurements that are drawn
 
 
@@ -113,12 +115,25 @@ async def show_history(request: Request, name: str, histories: Histories) -> Res
     return await drawn(request, histories[name])
 
 
-@router.post("/runs/{id}/film", dependencies=[Depends(check_token)])
-def compute_film(id: RunId, filmed: FilmedRun, store: AppStore) -> Response:
+@router.post("/runs/{id}/film", name="submit", dependencies=[Depends(check_token)])
+async def compute_film(request: Request, id: RunId, _: Submitter, store: AppStore, settings: AppSettings) -> Response:
     """Compute a run again that kept no film, for a sweep of it alone that keeps one; its page shows it then."""
-    if _lacks_film(store.runs.get(id), store.runs.files(id)):
-        store.sweeps.create(filmed)
+    run = await run_in_threadpool(_single, id, store, settings.max_runs)
+    async with submitting(request):
+        sweep = await in_child(request, alone, run)
+        if await run_in_threadpool(lambda: _lacks_film(store.runs.get(id), store.runs.files(id))):
+            await submit(request, sweep, keep=Keep.FILM)
     return RedirectResponse(f"/runs/{id}", SEE_OTHER)
+
+
+def _single(id: str, store: Store, max_runs: int) -> SingleRun:
+    """A run in the youngest of its sweeps; raises NotFound, Conflict."""
+    run, places = store.runs.get(id), store.runs.places(id, MOST_PLACES)
+    place = next((place for place in places if "screening" not in place.coordinates), None)
+    if place is None:
+        raise Conflict("no sweep has this run at a point of its axes any more; submit one that does")
+    title = f"{FILM_OF}{place.title.removeprefix(FILM_OF)}"[:200]
+    return SingleRun(run.id, store.sweeps.document(place.sweep_id), place.coordinates, title, max_runs)
 
 
 def _lacks_film(run: RunRow, files: Iterable[Stored]) -> bool:

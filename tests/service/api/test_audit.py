@@ -71,7 +71,7 @@ def test_every_route_that_changes_something__is_recorded(api: Api, compared: Com
     key, secret = api.store.keys.issue("anna", [Scope.ADMIN])
     anna, browser = peer(api, secret), peer(api)
     missing = []
-    for route in sorted(every_route(), key=lambda route: route.name == "log_out"):  # the last order of the browser
+    for route in sorted(every_route(), key=lambda route: route.name == "log-out"):  # the last order of the browser
         for method in set(route.methods or ()) - SAFE_METHODS:
             path = route.path.replace("{id}", "0" * 32).replace("{order}", "cancel").replace("{scenario}", "thin_plate")
             form = {"csrf_token": token_on(browser.get("/login")), "key": secret, "order": "submit"}

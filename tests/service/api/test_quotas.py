@@ -109,9 +109,7 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
     compared: Compared,
 ) -> None:
     """Estimates beyond memory, disk or quota are refused at the door, priority and files by the scope of the key."""
-    monkeypatch.setattr(
-        "service.api.dependencies.free_bytes", lambda _folder: FREE if field == "disk" else 2 * FREE
-    )
+    monkeypatch.setattr("service.api.dependencies.free_bytes", lambda _folder: FREE if field == "disk" else 2 * FREE)
     with open_api(tmp_path, **settings) as api:
         response = api.http.post("/v1/sweeps", json=SWEEP, params=query, headers=header_of(api))
         [error] = response.json()["errors"]

@@ -288,7 +288,7 @@ def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> Non
 def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
     lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
     chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
-    drawn = [int(line["label"]) for line in json.loads(chart.document())["lines"]]
+    drawn = [int(line.label) for line in chart.drawn_part().lines]
     assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
     assert "8 of 20 lines are drawn" in chart.image("/there", {})
     assert "&lt;Hole&gt;" in chart.image("/there", {})

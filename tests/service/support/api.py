@@ -16,12 +16,11 @@ from fastapi.testclient import TestClient
 from service.api.app import open_service
 from service.api.conversions import Conversions
 from service.api.readers import Readers
-from service.api.reading import Posted, Read, Refusal, read
+from service.api.reading import Given, Made
 from service.api.routes import all_routes
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
-from studies.sweeps.sweep import Sweep
 from tests.service.support.fakes import put_empty_store, wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
@@ -105,8 +104,8 @@ class ReadersHere(Readers):
     async def slot(self, key: str) -> AsyncIterator[None]:
         yield
 
-    async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
-        return read(posted, part)
+    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
+        return call(given)
 
 
 class SameFile(Conversions):
