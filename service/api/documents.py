@@ -47,11 +47,11 @@ def read_json(body: bytes) -> Plain:
         raise _refusal("a number", "a JSON document", f"shorten it: {error}") from None
 
 
-def read_yaml(body: bytes) -> dict[str, Plain]:
-    """The document in a YAML text; raises InvalidInput."""
+def read_yaml(body: bytes, limit: str = "a mapping with scenario and axes") -> dict[str, Plain]:
+    """The mapping in a YAML text, of which ``limit`` says what it has; raises InvalidInput."""
     text = strictly_decoded(body, "document")
     _check_events(text)
-    document: dict[str, Plain] = sweep_document.read_yaml(text, "document")
+    document: dict[str, Plain] = sweep_document.read_yaml(text, "document", limit)
     _check(document)
     return document
 

@@ -245,13 +245,8 @@ async def _respond_http(request: Request, error: Exception) -> Response:
     status, headers = HTTPStatus(error.status_code), dict(error.headers or {})
     if status is HTTPStatus.METHOD_NOT_ALLOWED:  # the framework lists the methods of one route only
         headers["Allow"] = ", ".join(_methods(request))
-    body: dict[str, JsonValue] = {
-        "type": "about:blank",
-        "title": status.phrase,
-        "status": status,
-        "detail": error.detail,
-    }
-    return _response(request, body, headers)
+    body: dict[str, JsonValue] = {"type": "about:blank", "title": status.phrase, "detail": error.detail}
+    return _response(request, status, body, headers)
 
 
 def _methods(request: Request) -> list[str]:
@@ -278,26 +273,20 @@ def _document(
     *,
     headers: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
-    body: dict[str, JsonValue] = {
-        "type": problem.type,
-        "title": problem.title,
-        "status": problem.status,
-        "detail": detail,
-        **extra,
-    }
+    body: dict[str, JsonValue] = {"type": problem.type, "title": problem.title, "detail": detail, **extra}
     again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
-    return _response(request, body, {**again, **headers})
+    return _response(request, problem.status, body, {**again, **headers})
 
 
-def _response(request: Request, body: dict[str, JsonValue], headers: dict[str, str]) -> Response:
+def _response(request: Request, status: int, body: dict[str, JsonValue], headers: dict[str, str]) -> Response:
     request_id = request.state.request_id
-    body |= {"instance": request.url.path, "request_id": request_id}
+    body |= {"status": status, "instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "Vary": "Accept"}
     page = request.app.state.problem_page
     if page is not None and "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        response: Response = page(request, body, headers)
+        response: Response = page(request, status, body, headers)
     else:  # ASCII escapes can carry the lone surrogates that an input may contain
-        response = Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
+        response = Response(json.dumps(body), status, headers, MEDIA_TYPE)
     add_security_headers(response.headers)  # the response to an unexpected error passes no other middleware
     return response
 

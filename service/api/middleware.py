@@ -13,7 +13,6 @@ import re
 import secrets
 import time
 from datetime import UTC, datetime
-from typing import Any
 
 import h11
 from anyio import CancelScope, CapacityLimiter, to_thread
@@ -191,7 +190,7 @@ class DeadlineProtocol(H11Protocol):
     _deadline: asyncio.TimerHandle | None = None
     _unread: asyncio.TimerHandle | None = None  # while the client does not read
     _pipelines = False  # has sent a request before the response of the last one
-    _deadline_state: Any = None  # state of h11 that the deadline belongs to
+    _deadline_state: type | None = None  # state of h11 that the deadline belongs to
     _excess_seconds = 0.0  # computing time on this request, beyond what its bytes may take
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own

@@ -89,14 +89,14 @@ REPORT = "Report"  # the component of report.json
 REPORT_SCHEMA = {"$ref": f"{COMPONENTS}{REPORT}"}
 
 
-def component_schemas() -> dict[str, Any]:
+def component_schemas() -> dict[str, JsonValue]:
     """The schemas of problem documents and of report.json, for the components of OpenAPI."""
     template = COMPONENTS + "{model}"
     problems = models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
     return {**problems, **report_schemas(schema_of_report(sections()))}
 
 
-def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, Any]:
+def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, JsonValue]:
     """The components of report.json; those of its records begin with "Report.", as others may have their names."""
     report = adapter.json_schema(mode="serialization", ref_template=f"{COMPONENTS}{REPORT}.{{model}}")
     records = report.pop("$defs", {})
@@ -206,7 +206,7 @@ class RunModel(RunRow):
 class RunQuestion(RunModel):
     """A run with its complete parameters: every default filled in, SI."""
 
-    question: Mapping[str, Any] = field(metadata=described("Scenario, parameters and materials"))
+    question: Mapping[str, JsonValue] = field(metadata=described("Scenario, parameters and materials"))
 
 
 @dataclass(frozen=True)
@@ -332,7 +332,7 @@ class ScenarioModel(Answer):
 class CatalogueModel(Answer):
     """Entries that ship with the service, each as its own file describes it."""
 
-    items: list[dict[str, Any]]
+    items: list[dict[str, JsonValue]]
 
 
 class Health(Answer):

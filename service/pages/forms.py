@@ -5,11 +5,9 @@ with commas between them are an axis, and so is a list: ``[6 km/s]``. Titles, de
 has no field of its own stands in the field ``more``.
 """
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pprint import pformat
-from textwrap import indent
 
 import yaml
 
@@ -32,7 +30,6 @@ MAPPINGS = ("materials", MORE)
 OF_DOCUMENT = (*TEXTS, *VALUES, *MAPPINGS)
 SAMPLED = ("latin-hypercube", "sobol")
 SAMPLES = "values"  # key of a sampled axis with what was drawn
-PLACE = re.compile(r"line (\d+), column (\d+)")
 WIDEST = 10_000  # letters in a line of YAML
 
 
@@ -100,8 +97,7 @@ def document_of(scenario: str, fields: Mapping[str, str]) -> dict[str, Plain]:
             read[name] = findings.attempt(_reader(record.get(name), name), name, fields[name])
     findings.check()
     more = read.pop(MORE, {})
-    if not isinstance(more, dict):
-        raise refusal(MORE, more, "keys of a sweep with their values", "write laws: [...]")
+    assert isinstance(more, dict)
     fixed = {name: value for name, value in read.items() if name in record and not _varies(value)}
     axes = {name: value for name, value in read.items() if name in record and _varies(value)}
     document: dict[str, Plain] = {"scenario": scenario, "fixed": fixed, "axes": axes}
@@ -153,17 +149,9 @@ def read_value(name: str, text: str) -> Plain:
 def _read_mapping(name: str, text: str) -> Plain:
     """The content of a field of several lines; raises InvalidInput naming it."""
     try:
-        return read_yaml(f"value:\n{indent(text, ' ')}".encode())["value"]
+        return read_yaml(text.encode(), "names, each with a colon and what it has")
     except InvalidInput as error:
-        raise InvalidInput(
-            Finding(name, PLACE.sub(_in_field, finding.value), finding.limit, finding.cure)
-            for finding in error.findings
-        ) from None
-
-
-def _in_field(place: re.Match[str]) -> str:
-    """A line and column of a field, which is read a line below and a column to the right."""
-    return f"line {int(place[1]) - 1}, column {int(place[2]) - 1}"
+        raise InvalidInput(replace(finding, field=name) for finding in error.findings) from None
 
 
 def fields_of(document: Mapping[str, Plain]) -> dict[str, str]:

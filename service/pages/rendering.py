@@ -9,11 +9,13 @@ from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
+from pydantic import JsonValue
 
 from service import version
 from service.api.access import Caller
-from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
+from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, token_of
 from service.api.dependencies import in_child
+from service.pages.browsers import new_browser, set_cookie
 from service.pages.charts import Chart
 from service.pages.computed import drawn_chart
 from service.pages.page_routes import head_links
@@ -71,13 +73,14 @@ def page(
     return response
 
 
-def problem_page(request: Request, problem: Mapping[str, Any], headers: Mapping[str, str]) -> Response:
+def problem_page(
+    request: Request, status: int, problem: Mapping[str, JsonValue], headers: Mapping[str, str]
+) -> Response:
     """A problem document as a page: where a key is missing, the form to log in with one."""
-    status = problem["status"]
     if status != UNAUTHORIZED:
         caller = getattr(request.state, "caller", None)
         return page(request, "problem.html", caller, status=status, headers=headers, problem=problem)
-    to = problem["instance"] if request.method == "GET" else "/"
+    to = request.url.path if request.method == "GET" else "/"
     # A page that is opened from another site comes without our cookie, and with it when it loads itself again.
     again = request.headers.get("sec-fetch-site") == "cross-site"
     wrong = problem if KEY_WAS_SENT in headers["WWW-Authenticate"] else None

@@ -15,7 +15,7 @@ from pydantic import JsonValue
 
 from solver.registry import entries
 
-ProblemPage = Callable[[Request, Mapping[str, JsonValue], Mapping[str, str]], Response]
+ProblemPage = Callable[[Request, int, Mapping[str, JsonValue], Mapping[str, str]], Response]
 
 
 @dataclass(frozen=True)

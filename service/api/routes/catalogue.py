@@ -4,10 +4,9 @@ import threading
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
-from typing import Any
 
 from fastapi import APIRouter, Request, Response
-from pydantic import BaseModel
+from pydantic import BaseModel, JsonValue
 
 from service.api.dependencies import PostedDocument, in_child
 from service.api.reading import answered, answered_as_cube
@@ -21,7 +20,7 @@ router = APIRouter(prefix="/v1", tags=["catalogue"])
 ROUTES = Routes("catalogue", 60, guarded=(router,))
 
 NETCDF = "application/x-netcdf"
-QUESTION: dict[str, Any] = {
+QUESTION: dict[str, JsonValue] = {
     "speed": ["3 km/s", "6 km/s"],
     "projectile": "al-2017-t4",
     "projectile_diameter": "5 mm",
@@ -31,7 +30,7 @@ QUESTION: dict[str, Any] = {
     "wall": "al-6061-t6",
     "wall_thickness": "3.2 mm",
 }
-QUESTION_BODY: dict[str, Any] = {
+QUESTION_BODY: dict[str, JsonValue] = {
     "requestBody": {
         "required": True,
         "description": (
@@ -45,7 +44,7 @@ QUESTION_BODY: dict[str, Any] = {
         },
     }
 }
-QUESTION_ANSWER: dict[str, Any] = {
+QUESTION_ANSWER: dict[str, JsonValue] = {
     "description": "The answer to each shot, and what the catalogue says of each law",
     "content": {
         "application/json": {"schema": {"type": "object"}},
@@ -56,7 +55,7 @@ WRITING = threading.Lock()  # ``cache`` alone lets every thread that finds nothi
 Listing = Callable[[], BaseModel]
 
 
-def written_once(path: str, model: Any) -> Callable[[Listing], Listing]:
+def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listing]:
     """Add an endpoint for a list that never changes: its response is written by the first request."""
 
     def add(catalogue: Listing) -> Listing:

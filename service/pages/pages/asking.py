@@ -16,10 +16,11 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Submitter
-from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
+from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
 from service.api.documents import Plain
 from service.api.routes.sweeps import priced
+from service.pages.browsers import ONCE, idempotency_of
 from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
 from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, SweepForm, asked
 from service.pages.page_routes import PageRoutes

@@ -6,9 +6,10 @@ from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, key_of, known_caller
-from service.api.browsers import SESSION, FormFields, check_token, cookie, set_cookie
+from service.api.browsers import SESSION, FormFields, check_token, cookie
 from service.api.dependencies import AppStore
 from service.api.errors import Unauthorized, problem_response
+from service.pages.browsers import set_cookie
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, page
 

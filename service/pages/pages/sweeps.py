@@ -4,7 +4,7 @@ import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -12,7 +12,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
-from service.api.browsers import FormFields, check_token, idempotency_of
+from service.api.browsers import FormFields, check_token
 from service.api.dependencies import (
     AppArtifacts,
     AppSettings,
@@ -23,10 +23,12 @@ from service.api.dependencies import (
     submit,
     submitting,
 )
+from service.api.documents import Plain
 from service.api.downloads import bring_back
 from service.api.routes import sweeps
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
+from service.pages.browsers import idempotency_of
 from service.pages.charts import Chart
 from service.pages.computed import FurtherValues, longer
 from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
@@ -87,7 +89,7 @@ class ShownSweep:
 
     status: SweepStatus
     files: Sequence[str]
-    document: Mapping[str, Any]
+    document: Mapping[str, Plain]
     sheet: GridSheet
     quantity: str
     cells: Sequence[GridCell]
@@ -166,10 +168,12 @@ def show_sweep(
     )
 
 
-def _beside_walls(document: Mapping[str, Any]) -> str:
+def _beside_walls(document: Mapping[str, Plain]) -> str:
     """What stands below the walls of a canonical document: how many failures simulations like them find."""
-    axes, fixed = document.get("axes", {}), document.get("fixed", {})
-    failures = axes["failure"] if "failure" in axes else [fixed.get("failure", NO_FAILURE)]
+    axes, fixed = document.get("axes"), document.get("fixed")
+    failures = axes.get("failure") if isinstance(axes, Mapping) else None
+    if not isinstance(failures, list):
+        failures = [fixed.get("failure", NO_FAILURE) if isinstance(fixed, Mapping) else NO_FAILURE]
     return beside_walls(map(str, failures))
 
 

@@ -320,7 +320,7 @@ def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api
 
 def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
     parameters = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
-    held, perforated = (_printed("wall_perforated", value, None, (), parameters)["text"] for value in (0.0, 1.0))
+    held, perforated = (_printed("wall_perforated", value, None, (), parameters).text for value in (0.0, 1.0))
     assert held == "wall holds; such simulations found 8 of 17 walls that were perforated"
     assert perforated == "wall perforated"
 
@@ -348,3 +348,18 @@ def test_page_of_a_shield__says_what_its_walls_that_hold_are_worth(api: Api) -> 
     note = "Where a wall holds at 3 km/s or faster:"
     assert note in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_perforated"}).text
     assert note not in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_bulge"}).text
+
+
+def test_address_of_a_page__that_is_wrong_is_a_problem(shared_api: Api) -> None:
+    assert shared_api.http.get("/?cursor=-1").status_code == 422
+
+
+def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:
+    path = f"/sweeps/{'0' * 32}"
+    page = shared_api.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    assert "<h1>Not found</h1>" in page.text
+    assert "style-src 'self'" in page.headers["content-security-policy"]
+    document = shared_api.http.get(path)
+    assert document.headers["content-type"] == "application/problem+json"
+    assert page.headers["vary"] == document.headers["vary"] == "Accept"
