@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, field_validator
 from pydantic.json_schema import models_json_schema
+from pydantic_core import to_jsonable_python
 
 from service.records.jobs import (
     PRIORITIES,
@@ -333,6 +334,13 @@ class CatalogueModel(Answer):
     """Entries that ship with the service, each as its own file describes it."""
 
     items: list[dict[str, JsonValue]]
+
+    @field_validator("items", mode="before")
+    @classmethod
+    def _as_json(cls, items: Iterable[Mapping[str, JsonValue]]) -> list[dict[str, JsonValue]]:
+        """Records have tuples, which are lists in JSON."""
+        listed: list[dict[str, JsonValue]] = to_jsonable_python(items)
+        return listed
 
 
 class Health(Answer):
