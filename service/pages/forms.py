@@ -5,8 +5,9 @@ with commas between them are an axis, and so is a list: ``[6 km/s]``. Titles, de
 has no field of its own stands in the field ``more``.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pprint import pformat
 
 import yaml
@@ -93,46 +94,36 @@ def document_of(scenario: str, fields: Mapping[str, str]) -> dict[str, Plain]:
     findings = Findings()
     read: dict[str, Plain] = {}
     for name in (*record, *OF_DOCUMENT):
-        if fields.get(name, "").strip():
-            read[name] = findings.attempt(_reader(record.get(name), name), name, fields[name])
+        text = fields.get(name, "")
+        if text.strip() and name in TEXTS:
+            read[name] = text.strip(" \r\n")  # a tab at the end of a table is an empty cell
+        elif text.strip() and name in record and record[name].kind == "text":
+            read[name] = text  # lines of a deck keep their numbers
+        elif text.strip():
+            read[name] = findings.attempt(_read_mapping if name in MAPPINGS else read_value, name, text)
     findings.check()
     more = read.pop(MORE, {})
     assert isinstance(more, dict)
-    fixed = {name: value for name, value in read.items() if name in record and not _varies(value)}
-    axes = {name: value for name, value in read.items() if name in record and _varies(value)}
+    axes = {name: value for name, value in read.items() if name in record and isinstance(value, list | dict)}
+    fixed = {name: value for name, value in read.items() if name in record and name not in axes}
     document: dict[str, Plain] = {"scenario": scenario, "fixed": fixed, "axes": axes}
     document |= {name: value for name, value in read.items() if name not in record}
     for key, part in more.items():
         own = document.get(key)
         document[key] = {**own, **part} if isinstance(own, dict) and isinstance(part, dict) else part
-    if not document["axes"]:  # a sweep has one
-        name, values = _axis_of_one(fixed, record)
-        document |= {"axes": {name: values}, "fixed": {key: value for key, value in fixed.items() if key != name}}
+    given = document["fixed"]
+    if not document["axes"] and isinstance(given, dict):  # a sweep has one
+        document |= _with_an_axis(given, record)
     return {key: document[key] for key in dict.fromkeys((*KEYS, *document)) if document.get(key) not in (None, {})}
 
 
-def _varies(value: Plain) -> bool:
-    return isinstance(value, list | dict)
-
-
-def _axis_of_one(fixed: Mapping[str, Plain], record: Mapping[str, Parameter]) -> tuple[str, list[Plain]]:
-    """An axis for a form without one: its first value that is no text, else a default."""
-    for name, value in fixed.items():
-        if record[name].kind != "text":
-            return name, [value]
-    number = next(each for each in record.values() if each.unit is not None and each.default is not None)
-    return number.name, [written(number.default, number.unit)]
-
-
-def _reader(parameter: Parameter | None, name: str) -> Callable[[str, str], Plain]:
-    if name in TEXTS or (parameter is not None and parameter.kind == "text"):
-        return _read_text
-    return _read_mapping if name in MAPPINGS else read_value
-
-
-def _read_text(name: str, text: str) -> str:
-    # Lines of a deck keep their numbers, and a tab at the end of a table is an empty cell.
-    return text.strip() if name in TEXTS and name != OBSERVATIONS else text.strip("\r\n")
+def _with_an_axis(fixed: Mapping[str, Plain], record: Mapping[str, Parameter]) -> dict[str, Plain]:
+    """The parameters of a form without an axis: its first value that is no text becomes one, else a default."""
+    values = {name: value for name, value in fixed.items() if name in record and record[name].kind != "text"}
+    numbers = (each for each in record.values() if each.unit is not None and each.default is not None)
+    values |= {each.name: written(each.default, each.unit) for each in numbers if each.name not in values}
+    axes: dict[str, Plain] = {name: [value] for name, value in islice(values.items(), 1)}
+    return {"axes": axes, "fixed": {name: value for name, value in fixed.items() if name not in axes}}
 
 
 def read_value(name: str, text: str) -> Plain:
@@ -140,9 +131,10 @@ def read_value(name: str, text: str) -> Plain:
     try:
         values = read_yaml(f"value: [\n{text}\n]".encode())["value"]
     except InvalidInput:
+        values = []
+    if not isinstance(values, list) or not values:
         limit = "a value, or several with commas between them, in YAML"
-        raise refusal(name, text, limit, "close each bracket and quote, and put quotes around long texts") from None
-    assert isinstance(values, list)
+        raise refusal(name, text, limit, "close each bracket and quote, and put quotes around long texts")
     return values if len(values) > 1 else values[0]
 
 

@@ -73,7 +73,7 @@ def test_form__that_is_sent_twice_is_one_sweep(api: Api) -> None:
 
 
 def test_form__says_at_each_field_what_is_refused_and_keeps_what_was_written(api: Api) -> None:
-    refused = send(api, {**FIELDS, "speed": "3 km/s, 6", "plate_thickness": "", "materials": "- none", "title": "<b>"})
+    refused = send(api, {**FIELDS, "speed": "3 km/s, 6", "plate_thickness": "", "materials": "mine: 5", "title": "<b>"})
     assert refused.status_code == 422
     said = findings(refused)
     assert said.keys() == {"speed", "plate_thickness", "materials"}
@@ -165,6 +165,14 @@ def test_example__keeps_its_runs_as_fields_of_a_form(name: str) -> None:
     }
 
 
+def test_form_without_an_axis__has_one_of_its_first_number_or_of_a_default() -> None:
+    deck = "\n\n! a deck\n"
+    assert document_of("deck", {"deck": deck, "end_time": "2 us"}) == {
+        **{"scenario": "deck", "fixed": {"deck": deck}, "axes": {"end_time": ["2 us"]}}
+    }
+    assert len(document_of("deck", {"deck": deck})["axes"]) == 1
+
+
 def test_document__without_a_field_for_all_stays_whole() -> None:
     document = {
         **SWEEP,
@@ -247,7 +255,7 @@ def test_sampled_sweep__begins_a_form_with_its_runs_and_follows_the_seed(axes: d
 def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: Api) -> None:
     shots = "speed [km/s],hole_diameter [mm],source\r\n6,20,me\r\n"
     assert "\r" not in send(api, {**FIELDS, "observations": shots, ORDER: "look"}).text
-    for name, text in {"speed": "[3 km/s", "resolution": "9" * 5000}.items():
+    for name, text in {"speed": "[3 km/s", "plate_thickness": "# 2 mm", "resolution": "9" * 5000}.items():
         refused = send(api, {**FIELDS, name: text})
         assert refused.status_code == 422
         assert "close each bracket" in findings(refused)[name]
