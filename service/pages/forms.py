@@ -104,13 +104,15 @@ def document_of(scenario: str, fields: Mapping[str, str]) -> dict[str, Plain]:
     findings.check()
     more = read.pop(MORE, {})
     assert isinstance(more, dict)
-    axes = {name: value for name, value in read.items() if name in record and isinstance(value, list | dict)}
+    axes: dict[str, Plain] = {
+        name: value for name, value in read.items() if name in record and isinstance(value, list | dict)
+    }
     fixed = {name: value for name, value in read.items() if name in record and name not in axes}
     document: dict[str, Plain] = {"scenario": scenario, "fixed": fixed, "axes": axes}
     document |= {name: value for name, value in read.items() if name not in record}
     for key, part in more.items():
-        own = document.get(key)
-        document[key] = {**own, **part} if isinstance(own, dict) and isinstance(part, dict) else part
+        before = document.get(key)
+        document[key] = {**before, **part} if isinstance(before, dict) and isinstance(part, dict) else part
     given = document["fixed"]
     if not document["axes"] and isinstance(given, dict):  # a sweep has one
         document |= _with_an_axis(given, record)

@@ -22,6 +22,7 @@ from service.store.tables import SWEEPS
 from solver import PHYSICS_VERSION
 from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
+from studies.quantities.parameters import Value
 from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
@@ -178,13 +179,17 @@ def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
 
 
 def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
-    axes = {"speed": ["3 km/s", "6 km/s"], "geometry": ["half", "quarter"], "plate_thickness": ["1 mm", "2 mm", "3 mm"]}
+    axes: Any = {
+        "speed": ["3 km/s", "6 km/s"],
+        "geometry": ["half", "quarter"],
+        "plate_thickness": ["1 mm", "2 mm", "3 mm"],
+    }
     layout = layout_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72)
     assert layout.rows_and_columns == (2, 0)
     assert layout.places == (36, 18, 6, 3, 1)
-    sampled = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
+    sampled: Any = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
     assert layout_of(sampled, 8).dimensions == ()
-    searched = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
+    searched: Any = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
     assert layout_of(searched, 8).dimensions == ()
 
 
@@ -319,7 +324,7 @@ def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api
 
 
 def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
-    parameters = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
+    parameters: dict[str, Value] = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
     held, perforated = (_printed("wall_perforated", value, None, (), parameters).text for value in (0.0, 1.0))
     assert held == "wall holds; such simulations found 8 of 17 walls that were perforated"
     assert perforated == "wall perforated"
