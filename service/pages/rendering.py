@@ -3,11 +3,12 @@
 import json
 import re
 from collections.abc import Mapping
+from importlib.resources import files
 from typing import Any
 
 from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
-from jinja2 import Environment, PackageLoader, select_autoescape
+from jinja2 import Environment, FunctionLoader, select_autoescape
 from markupsafe import Markup, escape
 from pydantic import JsonValue
 
@@ -37,8 +38,14 @@ def code(text: str | None) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text or ""))))
 
 
+def _source(name: str) -> str:
+    """A template of pages, or of a feature: "package:file"."""
+    package, _, file = name.rpartition(":")
+    return files(package or "service.pages").joinpath("templates", file).read_text(encoding="utf-8")
+
+
 TEMPLATES = Environment(
-    loader=PackageLoader("service.pages"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
+    loader=FunctionLoader(_source), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
 )
 TEMPLATES.globals["head_links"] = head_links
 TEMPLATES.filters |= {
