@@ -10,11 +10,9 @@ from typing import Any
 import httpx
 import psutil
 import pytest
-from fastapi.routing import APIRoute
 from fastapi.sse import EventSourceResponse
 
 from service.api import conversions, reading
-from service.api.app import GUARDED, OPEN
 from service.api.turns import PROBES
 from service.records.jobs import Keep, Scope
 from service.settings import Settings
@@ -24,7 +22,7 @@ from studies.cases.rows import Row, at_least, at_most, equal
 from tests.claims.marked import Compared
 from tests.crash.support.crowd import answers_of, crowd
 from tests.crash.support.serving import Service
-from tests.service.support.api import SWEEP, sweep_of
+from tests.service.support.api import SWEEP, every_route, sweep_of
 from tests.service.support.fakes import wait_until
 
 STRICT = {"WHIPPLE_TRUST_LOOPBACK": "false", "WHIPPLE_WORKERS": "1", "WHIPPLE_QUOTA_REQUESTS": "1000000"}
@@ -105,7 +103,7 @@ def computing_paths(sweep: str, run: str, unfinished: str) -> list[str]:
         f"/v1/sweeps/{unfinished}/report.html?partial=true",
         *(f"/shields?speed={speed}+km%2Fs" for speed in (4, 5, 6, 7)),
     ]
-    for route in (each for router in (*OPEN, *GUARDED) for each in router.routes if isinstance(each, APIRoute)):
+    for route in every_route():
         if "GET" not in (route.methods or ()) or route.path in PROBES or route.response_class is EventSourceResponse:
             continue
         values = {**named, "id": run if "/runs/{id}" in route.path else sweep}

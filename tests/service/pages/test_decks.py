@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from service.api.pages.asking import ORDER, SUBMIT
+from service.pages.pages.asking import ORDER, SUBMIT
 from studies.cases.rows import at_most, equal
 from tests.claims.marked import Compared
-from tests.service.api.test_login import token_on
+from tests.service.pages.test_login import token_on
 from tests.service.support.api import Api, open_api
 from tests.service.support.command import run
 from tests.studies.support.decks import points_deck

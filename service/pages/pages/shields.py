@@ -1,30 +1,35 @@
-"""What published laws and measured shots say of one shield, at once: a form, and the answer of a child process."""
+"""Shields: what published laws and measured shots say of one, at once, as a form and its answer; and the shots."""
 
+import math
 from collections.abc import Mapping
 from functools import cache
+from itertools import islice
 from typing import Annotated
 from urllib.parse import urlencode
 
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
-from service.api.pages.fields import field_of, placed
-from service.api.pages.rendering import page
-from service.api.reading import AnsweredForm, answered_form
-from service.api.routes.dependencies import read_content
+from service.api.dependencies import in_child
+from service.pages.answered import AnsweredForm, answered_form
+from service.pages.fields import field_of, placed
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
 from service.records.jobs import KEY_VARIABLE
 from studies import materials
 from studies.answers import EXAMPLE
 from studies.answers.question import PLATE, ShotParameters
 from studies.observations.shields.drawn import FAST, beside_held, failures_found
-from studies.observations.shields.shots import published
+from studies.observations.shields.shots import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
+from studies.quantities.display import printed_in, with_unit
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
-from studies.quantities.parameters import declared
+from studies.quantities.parameters import Value, declared
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
 
 # The sheet has its styles inside, and runs and loads nothing.
 SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
@@ -32,6 +37,14 @@ ALWAYS = (
     *("speed", "obliquity", "projectile", "projectile_diameter", "bumper", "bumper_thickness", "stand_off", "wall"),
     "wall_thickness",
 )
+
+SHOWN = 100  # shots on shields on one page
+# Columns of shots on shields, and those by which they are chosen.
+COLUMNS = (
+    *("outcome", "speed", "obliquity", "projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness"),
+    *("wall_yield_stress", "projectile", "bumper", "wall", "source", "shot"),
+)
+FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_thickness", "source")
 
 
 @cache
@@ -52,7 +65,7 @@ ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
 
 
 async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AnsweredForm:
-    return await read_content(request, fields, answered_form)
+    return await in_child(request, answered_form, fields)
 
 
 AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
@@ -99,3 +112,43 @@ def show_sheet(answer: AnswerToForm) -> Response:
     if answer.findings:
         raise InvalidInput(answer.findings)
     return HTMLResponse(answer.sheet, headers={"Content-Security-Policy": SHEET_POLICY})
+
+
+@router.get("/shots/shields")
+def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Query(ge=0)] = 0) -> Response:
+    """Measured shots on shields, those that the address chooses."""
+    chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
+    within = read_filters([f"{name}={text}" for name, text in chosen.items()])
+    found = filtered(every := published().shots, *within)
+    fields = declared(ShieldShot)
+    units = {name: fields[name].unit for name in COLUMNS}
+    rows = [
+        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
+        for each in islice(found, begin, begin + SHOWN)
+    ]
+    return page(
+        request,
+        "shield_shots.html",
+        caller,
+        columns=[_heading(name.replace("_", " "), unit) for name, unit in units.items()],
+        rows=rows,
+        found=found,
+        begin=begin,
+        shown=SHOWN,
+        chosen=chosen,
+        filters=FILTERS,
+        choices={"outcome": OUTCOMES, "source": sorted({shot.source for shot in every})},
+        following=str(request.url.include_query_params(begin=begin + SHOWN).query),
+        citation=citation,
+    )
+
+
+def _heading(name: str, unit: str | None) -> str:
+    return f"{name} (deg)" if unit == "rad" else with_unit(name, unit)
+
+
+def _cell(value: Value, unit: str | None) -> str:
+    """A number in the unit of its column; people read angles in degrees."""
+    if unit is None or isinstance(value, str):
+        return str(value)
+    return f"{math.degrees(value):.4g}" if unit == "rad" and value is not None else printed_in(value, unit)

@@ -7,14 +7,14 @@ list. Either shows at most ``MOST_CELLS`` points, whatever the size of the sweep
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from service.api.pages.charts import Chart, ChartLine
+from service.api.documents import Plain
+from service.pages.charts import Chart, ChartLine
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
 from studies.quantities.display import kind_of, printed_beside
-from studies.quantities.parameters import declared
+from studies.quantities.parameters import Value, declared
 from studies.quantities.units import readable
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
@@ -63,21 +63,22 @@ class GridLayout:
         return tuple(sorted(order[:2], key=lambda k: -len(self.dimensions[k].texts)))
 
 
-def layout_of(document: Mapping[str, Any], planned: int) -> GridLayout:
+def layout_of(document: Mapping[str, Plain], planned: int) -> GridLayout:
     """The layout of a canonical document."""
-    axes = document.get("axes", {})
-    if document.get("combine") != "grid" or not all(isinstance(values, list) for values in axes.values()):
+    axes, resolutions, offsets = (document.get(key) for key in ("axes", "resolution", "offsets"))
+    assert isinstance(axes, Mapping)
+    lists = {name: values for name, values in axes.items() if isinstance(values, list)}
+    if document.get("combine") != "grid" or len(lists) < len(axes):
         return GridLayout((), planned)
-    dimensions = [GridAxis(name, tuple(map(_plain, values))) for name, values in axes.items()]
-    resolutions, offsets = document.get("resolution"), document.get("offsets", 1)
+    dimensions = [GridAxis(name, tuple(map(_plain, values))) for name, values in lists.items()]
     if isinstance(resolutions, list):
         dimensions.append(GridAxis(RESOLUTION, tuple(map(_plain, resolutions))))
-    if offsets > 1:
+    if isinstance(offsets, int) and offsets > 1:
         dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets} cell" for k in range(offsets))))
     return GridLayout(tuple(dimensions), planned)
 
 
-def _plain(value: Any) -> str:
+def _plain(value: Plain) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -193,7 +194,7 @@ def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, hig
     return ShownCell(cell.run_id, cell.state, text, shade, place)
 
 
-def in_words(scenario: str, coordinates: Mapping[str, Any]) -> str:
+def in_words(scenario: str, coordinates: Mapping[str, Value]) -> str:
     """Coordinates (SI) for people, to four digits: "speed 6 km/s, plate thickness 2 mm"."""
     return ", ".join(
         f"{_in_words(name)} {value_of(scenario, name, float(f'{at:.4g}') if isinstance(at, float) else at)}"
@@ -205,7 +206,7 @@ def _in_words(name: str) -> str:
     return "grid offset" if name == OFFSET else name.replace("_", " ")
 
 
-def value_of(scenario: str, name: str, value: Any) -> str:
+def value_of(scenario: str, name: str, value: Value) -> str:
     """A value of a parameter (SI) for people."""
     unit = _unit_of(scenario, name)
     if isinstance(value, bool):

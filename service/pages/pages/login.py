@@ -6,12 +6,15 @@ from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, key_of, known_caller
-from service.api.browsers import SESSION, FormFields, check_token, cookie, set_cookie
+from service.api.browsers import SESSION, FormFields, check_token, cookie
+from service.api.dependencies import AppStore
 from service.api.errors import Unauthorized, problem_response
-from service.api.pages.rendering import SEE_OTHER, page
-from service.api.routes.dependencies import AppStore
+from service.pages.browsers import set_cookie
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("login", 90, router, is_open=True)
 
 
 @router.get("/login")
@@ -20,7 +23,7 @@ def show_login(request: Request) -> Response:
     return page(request, "login.html", to="/")
 
 
-@router.post("/login", dependencies=[Depends(check_token)])
+@router.post("/login", name="log-in", dependencies=[Depends(check_token)])
 def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
     """Log a browser in with a key, and show the page that it asked for; with a wrong key, the form again."""
     try:
@@ -33,7 +36,7 @@ def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
     return response
 
 
-@router.post("/logout", dependencies=[Depends(check_token)])
+@router.post("/logout", name="log-out", dependencies=[Depends(check_token)])
 def log_out(request: Request, store: AppStore) -> Response:
     """Log the browser out."""
     request.state.caller = known_caller(request)

@@ -14,27 +14,13 @@ from markupsafe import Markup, escape
 
 from service.api.access import known_caller
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
-from service.api.pages.rendering import page, rendered
+from service.api.routes.openapi import TAGS
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page, rendered
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("documentation", 80, router, (("/docs", "API"),), is_open=True)
 
-TAGS = [  # the parts of the page, in the order of work; each route has one of these names
-    {
-        "name": "submit",
-        "description": "A sweep document goes in; the response has its id and address. Examples use a document in "
-        "`sweep.json`, such as one of those below, and ids in `$SWEEP` and `$RUN`.",
-    },
-    {"name": "watch", "description": "See how far a sweep is, change its priority, stop it, or try again."},
-    {"name": "results", "description": "Cube, table and report of a sweep, and everything of it in one file."},
-    {"name": "runs", "description": "One simulation each: its parameters, its log, its files, its film."},
-    {"name": "catalogue", "description": "What a sweep may ask for, and what laws say without a run."},
-    {
-        "name": "keys",
-        "description": "Requests from other machines need a key. The operator makes one with `whipple keys create`; it "
-        "has the scopes `read`, `submit` or `admin`, and goes with each request.",
-    },
-    {"name": "operations", "description": "The queue as a whole, and what monitors read."},
-]
 EVENTS, FILE = "text/event-stream", re.compile(r"\.\w+$")
 
 ADDRESS = "\0"  # occurs in no text of the page
@@ -50,25 +36,12 @@ def show_documentation(request: Request) -> Response:
     return page(request, "docs.html", known_caller(request), content=Markup(content.replace(ADDRESS, address)))
 
 
-@router.get("/openapi.json", response_class=Response)
-def show_openapi(request: Request) -> Response:
-    """The OpenAPI document."""
-    with BUILDING:
-        document = _openapi(request.app)
-    return Response(document, media_type="application/json")
-
-
 @cache
 def _documentation(app: FastAPI) -> str:
     """The content of the page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
     operations = list(_operations(app.openapi()))
     groups = [{**tag, "operations": [each for each in operations if each["tags"] == [tag["name"]]]} for tag in TAGS]
     return rendered("operations.html", groups=groups, problems=[*PROBLEMS.values(), INTERNAL_ERROR], address=ADDRESS)
-
-
-@cache
-def _openapi(app: FastAPI) -> bytes:
-    return json.dumps(app.openapi()).encode()
 
 
 def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -4,7 +4,7 @@ import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -12,17 +12,29 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
-from service.api.browsers import check_token
+from service.api.browsers import FormFields, check_token
+from service.api.dependencies import (
+    AppArtifacts,
+    AppSettings,
+    AppStore,
+    LocalArtifacts,
+    SweepId,
+    in_child,
+    submit,
+    submitting,
+)
+from service.api.documents import Plain
 from service.api.downloads import bring_back
-from service.api.pages.charts import Chart, drawn
-from service.api.pages.derived import LongerSweep
-from service.api.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
-from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, LocalArtifacts, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
-from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
+from service.pages.browsers import idempotency_of
+from service.pages.charts import Chart
+from service.pages.computed import FurtherValues, longer
+from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, drawn, page
+from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.laws import CRITICAL
 from studies.observations.shields.drawn import beside_walls
@@ -30,6 +42,7 @@ from studies.quantities.files import REPORT_JSON
 from studies.quantities.numerical_defaults import NO_FAILURE
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("sweeps", 10, router, (("/", "Sweeps"),))
 
 Order = Literal["cancel", "retry", "delete"]
 LONGEST_TEXT = 200  # characters of what is searched for
@@ -76,7 +89,7 @@ class ShownSweep:
 
     status: SweepStatus
     files: Sequence[str]
-    document: Mapping[str, Any]
+    document: Mapping[str, Plain]
     sheet: GridSheet
     quantity: str
     cells: Sequence[GridCell]
@@ -155,10 +168,12 @@ def show_sweep(
     )
 
 
-def _beside_walls(document: Mapping[str, Any]) -> str:
+def _beside_walls(document: Mapping[str, Plain]) -> str:
     """What stands below the walls of a canonical document: how many failures simulations like them find."""
-    axes, fixed = document.get("axes", {}), document.get("fixed", {})
-    failures = axes["failure"] if "failure" in axes else [fixed.get("failure", NO_FAILURE)]
+    axes, fixed = document.get("axes"), document.get("fixed")
+    failures = axes.get("failure") if isinstance(axes, Mapping) else None
+    if not isinstance(failures, list):
+        failures = [fixed.get("failure", NO_FAILURE) if isinstance(fixed, Mapping) else NO_FAILURE]
     return beside_walls(map(str, failures))
 
 
@@ -173,10 +188,19 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
     return orders if sweep.pinned else [*orders, "delete"]
 
 
-@router.post("/sweeps/{id}/values", dependencies=[Depends(check_token)])
-def add_values(longer: LongerSweep, store: AppStore) -> Response:
+@router.post("/sweeps/{id}/values", name="add points", dependencies=[Depends(check_token)])
+async def add_values(
+    request: Request, id: SweepId, caller: Submitter, form: FormFields, store: AppStore, settings: AppSettings
+) -> Response:
     """Submit a sweep with further values on an axis, and show it; what was computed is not computed again."""
-    return RedirectResponse(f"/sweeps/{store.sweeps.create(longer).id}", SEE_OTHER)
+    status, document = await run_in_threadpool(lambda: (store.sweeps.get(id), store.sweeps.document(id)))
+    axis, values = form.get("axis", ""), form.get("values", "")
+    further = FurtherValues(document, axis, values, settings.max_runs)
+    once = idempotency_of(form, id, axis, values)
+    priority = status.priority if caller.may(Scope.ADMIN) else max(status.priority, USUAL_PRIORITIES[0])
+    async with submitting(request):
+        stored = await submit(request, await in_child(request, longer, further), priority, status.keep, once)
+    return RedirectResponse(f"/sweeps/{stored.id}", SEE_OTHER)
 
 
 @router.post("/sweeps/{id}/{order}", dependencies=[Depends(check_token)])

@@ -1,38 +1,33 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
-from typing import Annotated, Any
+from typing import Annotated
 
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
 from service.api.access import Reader
-from service.api.pages.formulas import typeset
-from service.api.pages.rendering import page
-from service.api.reading import drawn_material
-from service.api.routes.dependencies import read_content
+from service.api.dependencies import in_child
+from service.pages.computed import drawn_material
+from service.pages.formulas import typeset
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
-from studies.observations.shields import shots as shield_shots
+from studies.observations.shields.shots import published
 from studies.observations.table import rows_of
-from studies.quantities.display import display_alone, printed_in, with_unit
+from studies.quantities.display import display_alone
 from studies.quantities.parameters import declared
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+LINKS = (("/scenarios", "Scenarios"), ("/laws", "Laws"), ("/materials", "Materials"), ("/shots", "Shots"))
+PAGE = PageRoutes("catalogue", 40, router, LINKS)
 
-SHOWN = 100  # shots on shields on one page
-SHIELDS = "shields"  # the table of shots on shields
-# Columns of shots on shields, and those by which they are chosen.
-COLUMNS = (
-    *("outcome", "speed", "obliquity", "projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness"),
-    *("wall_yield_stress", "projectile", "bumper", "wall", "source", "shot"),
-)
-FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_thickness", "source")
+Drawings = list[tuple[str, str]]  # titles and images
+DRAWN: dict[str, Drawings] = {}  # by material
 SECTIONS: Mapping[str, str] = {
     "": "At rest",
     "elastic": "Elasticity",
@@ -104,17 +99,16 @@ def show_materials(request: Request, caller: Reader) -> Response:
     return page(request, "materials.html", caller, materials=listed, shown=shown)
 
 
-async def _drawings(name: str, request: Request, _: Reader) -> list[Any]:
+async def _drawings(name: str, request: Request, _: Reader) -> Drawings:
     """The pictures of a material, made once by a child process."""
-    kept: dict[str, list[Any]] = request.app.state.drawings
-    if materials.load(name).name not in kept:
-        kept[name] = await read_content(request, {"name": name}, drawn_material)
-    return kept[name]
+    if materials.load(name).name not in DRAWN:
+        DRAWN[name] = await in_child(request, drawn_material, name)
+    return DRAWN[name]
 
 
 @router.get("/materials/{name}")
 def show_material(
-    request: Request, name: str, caller: Reader, drawings: Annotated[list[Any], Depends(_drawings)]
+    request: Request, name: str, caller: Reader, drawings: Annotated[Drawings, Depends(_drawings)]
 ) -> Response:
     """A material: every constant with its source, its Hugoniot and its flow stress."""
     material = materials.load(name)
@@ -162,7 +156,7 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
     tables = [(name, _remark(name), len(rows_of(observations.text(name), name))) for name in observations.names()]
-    return page(request, "shots.html", caller, tables=tables, shields=len(shield_shots.published().shots))
+    return page(request, "shots.html", caller, tables=tables, shields=len(published().shots))
 
 
 def _remark(table: str) -> str:
@@ -172,46 +166,6 @@ def _remark(table: str) -> str:
         line.removeprefix("#").strip()
         for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))]
     )
-
-
-@router.get(f"/shots/{SHIELDS}")
-def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Query(ge=0)] = 0) -> Response:
-    """Measured shots on shields, those that the address chooses."""
-    chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
-    within = shield_shots.read_filters([f"{name}={text}" for name, text in chosen.items()])
-    found = shield_shots.filtered(published := shield_shots.published().shots, *within)
-    fields = declared(shield_shots.ShieldShot)
-    units = {name: fields[name].unit for name in COLUMNS}
-    rows = [
-        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
-        for each in islice(found, begin, begin + SHOWN)
-    ]
-    return page(
-        request,
-        "shield_shots.html",
-        caller,
-        columns=[_heading(name.replace("_", " "), unit) for name, unit in units.items()],
-        rows=rows,
-        found=found,
-        begin=begin,
-        shown=SHOWN,
-        chosen=chosen,
-        filters=FILTERS,
-        choices={"outcome": shield_shots.OUTCOMES, "source": sorted({shot.source for shot in published})},
-        following=str(request.url.include_query_params(begin=begin + SHOWN).query),
-        citation=shield_shots.citation,
-    )
-
-
-def _heading(name: str, unit: str | None) -> str:
-    return f"{name} (deg)" if unit == "rad" else with_unit(name, unit)
-
-
-def _cell(value: Any, unit: str | None) -> str:
-    """A number in the unit of its column; people read angles in degrees."""
-    if unit == "rad":
-        return f"{math.degrees(value):.4g}"
-    return printed_in(value, unit) if unit else str(value)
 
 
 @router.get("/shots/{table}")

@@ -12,16 +12,17 @@ from zipfile import ZipFile
 
 import pytest
 
-from service.api.pages.charts import Chart, ChartLine
-from service.api.pages.grid import SHADES, layout_of, shown_cells
-from service.api.pages.rendering import PAGES
-from service.api.pages.runs import _printed
-from service.api.pages.sweeps import _beside_walls
+from service.pages.charts import Chart, ChartLine
+from service.pages.grid import SHADES, layout_of, shown_cells
+from service.pages.page_routes import head_links
+from service.pages.pages.runs import _printed
+from service.pages.pages.sweeps import _beside_walls
 from service.records.jobs import GridCell, Keep, State
 from service.store.tables import SWEEPS
 from solver import PHYSICS_VERSION
 from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
+from studies.quantities.parameters import Value
 from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
@@ -66,7 +67,7 @@ def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) 
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT], [VIEWS])
     links = Links(response.text)
-    seen_from_the_first = {address for address, _ in PAGES} if path != "/" else set()
+    seen_from_the_first = {address for address, _ in head_links()} if path != "/" else set()
     for address in set(links.addresses) - seen_from_the_first:
         assert re.match(r"/(?!/)|#|\?|data:,$", address), address
         page, _, id = address.partition("#")
@@ -178,13 +179,17 @@ def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
 
 
 def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
-    axes = {"speed": ["3 km/s", "6 km/s"], "geometry": ["half", "quarter"], "plate_thickness": ["1 mm", "2 mm", "3 mm"]}
+    axes: Any = {
+        "speed": ["3 km/s", "6 km/s"],
+        "geometry": ["half", "quarter"],
+        "plate_thickness": ["1 mm", "2 mm", "3 mm"],
+    }
     layout = layout_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72)
     assert layout.rows_and_columns == (2, 0)
     assert layout.places == (36, 18, 6, 3, 1)
-    sampled = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
+    sampled: Any = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
     assert layout_of(sampled, 8).dimensions == ()
-    searched = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
+    searched: Any = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
     assert layout_of(searched, 8).dimensions == ()
 
 
@@ -288,7 +293,7 @@ def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> Non
 def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
     lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
     chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
-    drawn = [int(line["label"]) for line in json.loads(chart.document())["lines"]]
+    drawn = [int(line.label) for line in chart.drawn_part().lines]
     assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
     assert "8 of 20 lines are drawn" in chart.image("/there", {})
     assert "&lt;Hole&gt;" in chart.image("/there", {})
@@ -319,8 +324,8 @@ def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api
 
 
 def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
-    parameters = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
-    held, perforated = (_printed("wall_perforated", value, None, (), parameters)["text"] for value in (0.0, 1.0))
+    parameters: dict[str, Value] = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
+    held, perforated = (_printed("wall_perforated", value, None, (), parameters).text for value in (0.0, 1.0))
     assert held == "wall holds; such simulations found 8 of 17 walls that were perforated"
     assert perforated == "wall perforated"
 
@@ -348,3 +353,18 @@ def test_page_of_a_shield__says_what_its_walls_that_hold_are_worth(api: Api) -> 
     note = "Where a wall holds at 3 km/s or faster:"
     assert note in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_perforated"}).text
     assert note not in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_bulge"}).text
+
+
+def test_address_of_a_page__that_is_wrong_is_a_problem(shared_api: Api) -> None:
+    assert shared_api.http.get("/?cursor=-1").status_code == 422
+
+
+def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:
+    path = f"/sweeps/{'0' * 32}"
+    page = shared_api.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    assert "<h1>Not found</h1>" in page.text
+    assert "style-src 'self'" in page.headers["content-security-policy"]
+    document = shared_api.http.get(path)
+    assert document.headers["content-type"] == "application/problem+json"
+    assert page.headers["vary"] == document.headers["vary"] == "Accept"

@@ -9,17 +9,18 @@ from typing import Any
 
 import pytest
 
-from service.api.browsers import ONCE, TOKEN_FIELD
-from service.api.pages.asking import ORDER, SUBMIT
-from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
-from service.api.pages.formulas import typeset
+from service.api.browsers import TOKEN_FIELD
+from service.pages.browsers import ONCE
+from service.pages.forms import OF_DOCUMENT, document_of, fields_of
+from service.pages.formulas import typeset
+from service.pages.pages.asking import ORDER, SUBMIT
 from service.records.jobs import Scope
 from studies import laws, materials, scenarios
 from studies.quantities.parameters import declared
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.service.api.test_login import log_in, token_on
+from tests.service.pages.test_login import log_in, token_on
 from tests.service.support.api import SWEEP, Api, open_api
 from tests.service.support.fakes import issue_key
 
@@ -47,6 +48,11 @@ def findings(page: Any) -> dict[str, str]:
     return {name: unescape(text) for name, text in texts if text}
 
 
+def again(document: dict[str, Any]) -> dict[str, Any]:
+    """A document that was made the fields of a form, and these a document."""
+    return document_of(document["scenario"], fields_of(document))
+
+
 def runs_of(api: Api, page: Any) -> set[str]:
     id = page.url.path.removeprefix("/sweeps/")
     points = api.http.get(f"/v1/sweeps/{id}/runs", headers={"Accept": "application/json"}).json()
@@ -67,7 +73,7 @@ def test_form__that_is_sent_twice_is_one_sweep(api: Api) -> None:
 
 
 def test_form__says_at_each_field_what_is_refused_and_keeps_what_was_written(api: Api) -> None:
-    refused = send(api, {**FIELDS, "speed": "3 km/s, 6", "plate_thickness": "", "materials": "- none", "title": "<b>"})
+    refused = send(api, {**FIELDS, "speed": "3 km/s, 6", "plate_thickness": "", "materials": "mine: 5", "title": "<b>"})
     assert refused.status_code == 422
     said = findings(refused)
     assert said.keys() == {"speed", "plate_thickness", "materials"}
@@ -92,7 +98,7 @@ def test_form__that_is_looked_at_has_cost_and_set_up_and_submits_nothing(api: Ap
 def test_form__begins_with_a_preset_a_sweep_or_the_address(api: Api) -> None:
     sent = send(api, FIELDS).url.path.removeprefix("/sweeps/")
     for query, value in (
-        ("preset=holes", "2 km/s to 7 km/s step 1 km/s"),
+        ("preset=holes", "{start: 2 km/s, stop: 7 km/s, step: 1 km/s}"),
         (f"sweep={sent}", "3 km/s, 6 km/s"),
         ("speed=4+km/s", "4 km/s"),
     ):
@@ -147,16 +153,24 @@ def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
 )
 def test_axis__of_one_value_stays_an_axis_of_the_form(document: dict[str, Any]) -> None:
     fixed = {name: value for name, value in document.get("fixed", {}).items() if name not in document["axes"]}
-    assert document_of(fields_of({**document, "fixed": fixed}))["axes"] == document["axes"]
+    assert again({**document, "fixed": fixed})["axes"] == document["axes"]
 
 
 @pytest.mark.parametrize("name", examples.names())
 def test_example__keeps_its_runs_as_fields_of_a_form(name: str) -> None:
     document = read_yaml(examples.text(name), name)
-    ours = Sweep.parse(document_of(fields_of(document)))
+    ours = Sweep.parse(again(document))
     assert {point.run.id for point in ours.every_run(4)} == {
         point.run.id for point in Sweep.parse(document).every_run(4)
     }
+
+
+def test_form_without_an_axis__has_one_of_its_first_number_or_of_a_default() -> None:
+    deck = "\n\n! a deck\n"
+    assert document_of("deck", {"deck": deck, "end_time": "2 us"}) == {
+        **{"scenario": "deck", "fixed": {"deck": deck}, "axes": {"end_time": ["2 us"]}}
+    }
+    assert document_of("deck", {"deck": deck})["axes"]
 
 
 def test_document__without_a_field_for_all_stays_whole() -> None:
@@ -169,11 +183,11 @@ def test_document__without_a_field_for_all_stays_whole() -> None:
         "materials": {"mine": {"base": "copper-ofhc", "density": "9 g/cm3"}},
         "observations": [{"speed": "3 km/s", "quantity": "hole_diameter", "value": "9 mm", "source": "me"}],
     }
-    assert document_of(fields_of(document)) == document
+    assert again(document) == document
 
 
 def test_fields__of_a_form_are_no_parameters() -> None:
-    taken = {ORDER, ONCE, "priority", "keep", TOKEN_FIELD, *WORDS, *COUNTS, "resolution", "materials", MORE}
+    taken = {ORDER, ONCE, "priority", "keep", TOKEN_FIELD, *OF_DOCUMENT}
     for name in scenarios.names():
         assert not taken & declared(scenarios.load(name).parameters).keys()
 
@@ -231,16 +245,20 @@ def test_sampled_sweep__begins_a_form_with_its_runs_and_follows_the_seed(axes: d
     stored = Sweep.parse(document).document()
     expected = {point.run.id for point in Sweep.parse(document).runs()}
     fields = fields_of(stored)
-    assert {point.run.id for point in Sweep.parse(document_of(fields)).runs()} == expected
-    assert not {point.run.id for point in Sweep.parse(document_of({**fields, "seed": "2"})).runs()} & expected
+    assert {point.run.id for point in Sweep.parse(document_of("thin_plate", fields)).runs()} == expected
+    assert (
+        not {point.run.id for point in Sweep.parse(document_of("thin_plate", {**fields, "seed": "2"})).runs()}
+        & expected
+    )
 
 
 def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: Api) -> None:
     shots = "speed [km/s],hole_diameter [mm],source\r\n6,20,me\r\n"
     assert "\r" not in send(api, {**FIELDS, "observations": shots, ORDER: "look"}).text
-    refused = send(api, {**FIELDS, "speed": "3 km/s to 6 km/s", "resolution": "9" * 5000, "priority": "abc"})
-    assert refused.status_code == 422
-    assert "step" in findings(refused)["speed"]
+    for name, text in {"speed": "[3 km/s", "plate_thickness": "# 2 mm", "resolution": "9" * 5000}.items():
+        refused = send(api, {**FIELDS, name: text})
+        assert refused.status_code == 422
+        assert "close each bracket" in findings(refused)[name]
     assert "line 2, column 10" in findings(send(api, {**FIELDS, "materials": "mine:\n  a: [1, }"}))["materials"]
     assert send(api, {**FIELDS, "priority": "-00000001000"}).status_code == 422
     refused = send(api, {**FIELDS, "priority": "abc"})
@@ -250,7 +268,7 @@ def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: A
 
 
 def test_form__leaves_the_cells_of_a_stored_sweep_to_its_accuracy() -> None:
-    document = {
+    document: dict[str, Any] = {
         "name": "holes",
         "scenario": "thin_plate",
         "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
@@ -259,9 +277,20 @@ def test_form__leaves_the_cells_of_a_stored_sweep_to_its_accuracy() -> None:
     }
     fields = fields_of({**document, "cells": [20.0, 16.0]})
     assert fields["accuracy"] == "3 %"
-    assert document_of(fields) == document
+    assert document_of("thin_plate", fields) == document
 
 
 def test_form__asks_for_an_accuracy_where_experience_may_tell_a_mesh_error(api: Api) -> None:
     assert 'name="accuracy"' in api.http.get("/new/thin_plate").text
     assert 'name="accuracy"' not in api.http.get("/new/plugging").text
+
+
+def test_form__that_the_disk_cannot_hold_is_refused_with_both_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("service.api.dependencies.free_bytes", lambda _folder: (1 << 30) + 100_000)
+    with open_api(tmp_path, disk_reserve="1GiB") as api:
+        refused = send(api, FIELDS)
+        assert refused.status_code == 422
+        assert "0.3 MiB" in refused.text
+        assert "0.1 MiB" in refused.text

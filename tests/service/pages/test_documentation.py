@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.api.pages.documentation import TAGS
+from service.api.routes.openapi import TAGS
 from service.records.jobs import Scope
 from studies.cases.rows import equal
 from studies.sweeps import examples

@@ -1,17 +1,17 @@
-"""Dependencies of endpoints: parts of the app, request bodies, submissions, and the Link header of pages."""
+"""What endpoints ask for: parts of the app, request bodies, child processes, submissions, the Link header of pages."""
 
 import hashlib
-import json
 import re
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated
 
-from fastapi import Depends, Header, Path, Query, Request, Response
+from fastapi import Depends, Header, Path, Query, Request, Response, params
 from pydantic import ValidationError
+from starlette.concurrency import run_in_threadpool
 
-from service.api.access import Caller, Submitter
+from service.api.access import Caller
 from service.api.browsers import body_of
 from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
@@ -19,43 +19,35 @@ from service.api.errors import PayloadTooLarge, UnsupportedMediaType
 from service.api.event_streams import EventStreams
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
-from service.api.reading import (
-    PARSERS,
-    EstimatedSweep,
-    Posted,
-    Read,
-    Refusal,
-    answered,
-    answered_as_cube,
-    estimated,
-    expanded,
-)
+from service.api.reading import PARSERS, Given, Made, Posted
 from service.api.schemas import SweepChange
 from service.api.turns import waiting
 from service.files.artifacts import Artifacts
 from service.files.disk_space import free_bytes, shown_size
 from service.records.expansion import ExpandedSweep
-from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Quota, Scope, Submission, at_least
+from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Quota, Scope, Submission, SweepStatus, at_least
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import Finding, InvalidInput, shown
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
-NETCDF = "application/x-netcdf"
 IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 
 
 # --- parts of the app -----------------------------------------------------------------------------
 
 
-def _part(name: str) -> Any:
+AppPart = Store | Settings | Artifacts | Conversions | ReadinessCheck | EventStreams
+
+
+def _part(name: str) -> params.Depends:
     """A part of the app as a dependency."""
 
-    async def part(request: Request) -> Any:
+    async def part(request: Request) -> AppPart:
         return getattr(request.app.state, name)
 
-    return Depends(part)
+    return params.Depends(part)
 
 
 AppStore = Annotated[Store, _part("store")]
@@ -91,29 +83,22 @@ async def _body(request: Request) -> bytes:
 RequestBody = Annotated[bytes, Depends(_body)]
 
 
-async def _read(request: Request, body: bytes, settings: Settings, part: Callable[[Any, Posted], Read]) -> Read:
-    """Read the document in the body in a child process; raises InvalidInput with every error."""
+async def _posted(request: Request, body: RequestBody, settings: AppSettings) -> Posted:
+    """A document in the body, for a child process to read."""
     media_type = _media_type(request)
     if media_type not in PARSERS:
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
-    return await read_posted(request, Posted(media_type, body, settings.max_runs), part)
+    return Posted(media_type, body, settings.max_runs)
 
 
-async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> Read:
-    """Let a child process read a document, and wait for it without a turn; raises InvalidInput."""
+PostedDocument = Annotated[Posted, Depends(_posted)]
+
+
+async def in_child(request: Request, call: Callable[[Given], Made], given: Given) -> Made:
+    """What a child process makes of something, for which the request waits without a turn; raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with waiting(request), readers.slot(request.state.caller.name):
-        read = await readers.read(posted, part)
-    if isinstance(read, Refusal):
-        request.state.pointers = read.pointers
-        raise InvalidInput(read.findings)
-    return read
-
-
-async def read_content(request: Request, content: Any, part: Callable[[Any, Posted], Read]) -> Read:
-    """Read the content that a page puts together as ``read_posted`` reads a posted body, in a child process."""
-    posted = Posted("application/json", json.dumps(content).encode(), request.app.state.settings.max_runs)
-    return await read_posted(request, posted, part)
+        return await readers.run(call, given)
 
 
 @asynccontextmanager
@@ -124,23 +109,6 @@ async def submitting(request: Request) -> AsyncIterator[None]:
         async with waiting(request):
             await place.enter_async_context(readers.submission(request.state.caller.name))
         yield
-
-
-async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> EstimatedSweep:
-    return await _read(request, body, settings, estimated)
-
-
-PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
-
-
-async def _answered(request: Request, body: RequestBody, settings: AppSettings) -> Response:
-    """What laws say of the question in the body, in the format that the request accepts."""
-    as_cube = NETCDF in request.headers.get("accept", "")
-    content = await _read(request, body, settings, answered_as_cube if as_cube else answered)
-    return Response(content, media_type=NETCDF if as_cube else "application/json")
-
-
-AnswerOfLaws = Annotated[Response, Depends(_answered)]
 
 
 def _change(request: Request, body: RequestBody) -> SweepChange:
@@ -154,17 +122,14 @@ def _change(request: Request, body: RequestBody) -> SweepChange:
         return SweepChange.model_validate(document)
     except ValidationError as error:
         fields = [".".join(map(str, item["loc"])) for item in error.errors()]
-        request.state.pointers = {field: pointer(field, document) for field in fields}
         limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
-        raise InvalidInput(
-            Finding(
-                ".".join(map(str, item["loc"])) or "document",
-                shown(item["input"]),
-                limit,
-                'send for example {"priority": -10}',
-            )
-            for item in error.errors()
-        ) from None
+        cure = 'send for example {"priority": -10}'
+        findings = [
+            Finding(field or "document", shown(item["input"]), limit, cure)
+            for field, item in zip(fields, error.errors(), strict=True)
+        ]
+        pointers = {field: pointer(field, document) for field in fields}
+        raise InvalidInput(findings, pointers=pointers) from None
 
 
 PatchedSweep = Annotated[SweepChange, Depends(_change)]
@@ -210,6 +175,23 @@ def submission_of(
     return Submission(sweep, caller.name, priority, keep, idempotency, quota, tuple(findings))
 
 
+async def submit(
+    request: Request,
+    sweep: ExpandedSweep,
+    priority: int = 0,
+    keep: Keep = Keep.FINAL,
+    once: tuple[str, str] | None = None,
+) -> SweepStatus:
+    """Store a sweep of the caller, called within ``submitting``; raises InvalidInput, QuotaExceeded, KeyReused."""
+    state = request.app.state
+
+    def stored() -> SweepStatus:
+        submission = submission_of(state.settings, request.state.caller, sweep, priority, keep, once)
+        return state.store.sweeps.create(submission)
+
+    return await run_in_threadpool(stored)
+
+
 def check_priority(caller: Caller, priority: int) -> None:
     """Raise InvalidInput for a priority that passes the sweeps of others, unless the caller may give it."""
     if priority not in USUAL_PRIORITIES and not caller.may(Scope.ADMIN):
@@ -250,32 +232,21 @@ def _of_the_key(settings: Settings, quota: Quota, sweep: ExpandedSweep, priority
         yield Finding("keep", keep, f"at most `{settings.most_kept}` for this key", cure)
 
 
-async def _submission(
+def _repeated(
     request: Request,
-    caller: Submitter,
     body: RequestBody,
-    settings: AppSettings,
     priority: Priority = 0,
     keep: KeepQuery = Keep.FINAL,
     idempotency_key: IdempotencyKey = None,
-) -> AsyncIterator[Submission]:
-    """A sweep with its owner, priority, retention and idempotency key; it is stored before the next one is expanded.
-
-    Priority and retention are query parameters, because the document is the question alone: it is
-    hashed, stored in the cube and submitted again by others.
-    """
-    idempotency = None
-    if idempotency_key is not None:
-        prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
-        digest = hashlib.sha256(prefix + body).hexdigest()
-        idempotency = (_unquoted_key(idempotency_key), digest)
-    async with submitting(request):
-        sweep = await _read(request, body, settings, expanded)
-        yield submission_of(settings, caller, sweep, priority, keep, idempotency)
+) -> tuple[str, str] | None:
+    """The idempotency key of a submission, and a digest of what it asks for; raises InvalidInput."""
+    if idempotency_key is None:
+        return None
+    prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
+    return _unquoted_key(idempotency_key), hashlib.sha256(prefix + body).hexdigest()
 
 
-# The place of a submission is free before a client reads the response.
-PostedSubmission = Annotated[Submission, Depends(_submission, scope="function")]
+Idempotency = Annotated[tuple[str, str] | None, Depends(_repeated)]
 
 
 def _unquoted_key(key: str) -> str:

@@ -21,7 +21,7 @@ class FormField:
     name: str
     label: str
     hint: str
-    kind: Literal["line", "choice", "lines"] = "line"
+    kind: Literal["line", "lines"] = "line"
     placeholder: str = ""
     choices: tuple[str, ...] = ()
     options: str = ""  # id of the list of names that a line may have
@@ -32,7 +32,6 @@ class FormField:
 class FieldGroup:
     title: str
     fields: tuple[FormField, ...]
-    is_open: bool = False
 
 
 def field_of(parameter: Parameter) -> FormField:
