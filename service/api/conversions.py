@@ -336,7 +336,6 @@ MAKERS: Mapping[str, Callable[[Mapping[str, Any], Path], None]] = {
     "vtk.zip": _vtk,
     "zarr.zip": _zarr,
     "gif": _film,
-    "mp4": _film,
     **{f"{view}.view": _view for view in VIEWS},
 }
 
