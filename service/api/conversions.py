@@ -350,7 +350,6 @@ MAKERS: Mapping[str, Callable[[FileInputs, Path], None]] = {
     "vtk.zip": _vtk,
     "zarr.zip": _zarr,
     "gif": _film,
-    "mp4": _film,
     **{f"{view}.view": _view for view in VIEWS},
 }
 

@@ -21,7 +21,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
-from service.files.bucket import BucketAway
+from service.files.stores import FilesAway
 from service.records.jobs import Conflict, KeyReused, NotFound, QuotaExceeded, StoreUnavailable
 from solver.errors import WhippleError
 from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
@@ -90,7 +90,7 @@ PROBLEMS: dict[type[Exception], ProblemDetails] = {
     ),
     # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
-    BucketAway: ProblemDetails(
+    FilesAway: ProblemDetails(
         503, "Bucket unavailable", "The bucket that has the file cannot be used; nothing was changed.", retry_after=10
     ),
     StoreUnavailable: ProblemDetails(

@@ -95,7 +95,7 @@ def watched(
 def computing_paths(sweep: str, run: str, unfinished: str) -> list[str]:
     """The path of every GET but probes and streams of events; a new route is among them."""
     named = {
-        **{"name": "result.json", "view": "cloud", "format": "gif", "scenario": "thin_plate"},
+        **{"name": "result.json", "view": "cloud", "scenario": "thin_plate"},
         **{"table": observations.names()[0], "order": "cancel"},
     }
     paths = [

@@ -75,10 +75,9 @@ async def download_vtk(
 
 @serves(
     router,
-    "/{id}/film.{format}",
-    ("film.gif", "film.mp4"),
-    "The film of a run that kept it, as an animation: one section, coloured by a field. An MP4 needs ffmpeg, or the "
-    "extra `video`, on the service",
+    "/{id}/film.gif",
+    ("film.gif",),
+    "The film of a run that kept it, as an animation: one section, coloured by a field",
 )
 async def download_animation(
     id: RunId,
@@ -86,13 +85,12 @@ async def download_animation(
     store: AppStore,
     artifacts: AppArtifacts,
     conversions: AppConversions,
-    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
     film = await run_in_threadpool(store.runs.file, id, FILM)
     await bring_back(request, film)
-    made = await conversions.file(format, [film], artifacts, turn_of(request), field=field)
-    return await send_file(request, Download(made.path, f"{id}-film.{format}", made.sha256))
+    made = await conversions.file("gif", [film], artifacts, turn_of(request), field=field)
+    return await send_file(request, Download(made.path, f"{id}-film.gif", made.sha256))
 
 
 @router.get("/{id}/views/{view}", include_in_schema=False)

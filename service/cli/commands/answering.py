@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.commands.options import Json
+from service.cli.commands import SHOTS, Commands
 from service.cli.console import print_json, print_table, say
+from service.cli.options import Json
 from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from studies.answers.question import Question
 
 app = typer.Typer()
+COMMANDS = Commands("shots", SHOTS, app)
 
 OWN = "give a CSV file with a row a shot"
 FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer

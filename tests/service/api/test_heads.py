@@ -18,7 +18,7 @@ ENDLESS = "/v1/queue/events"
 OF_ONE = {"x-request-id", "date", "transfer-encoding"}
 MOVING = {"/metrics"}  # its content has another length each time
 # Values of the other parameters of routes.
-OTHERS = {"name": "result.json", "format": "gif", "view": "film", "scenario": "thin_plate", "table": "holes"}
+OTHERS = {"name": "result.json", "view": "film", "scenario": "thin_plate", "table": "holes"}
 
 
 def paths(api: Api) -> Iterator[str]:

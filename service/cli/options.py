@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ Accuracy = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
 SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
-RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
 DatabaseUrl = Annotated[
     str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
@@ -72,14 +71,14 @@ def client_of(url: str | None, key_file: Path | None) -> "Client":
     return Client(url, key=None if key_file is None else _key_in(key_file))
 
 
-def settings_of(**options: Any) -> "Settings":
+def settings_of(**options: Path | str | int | None) -> "Settings":
     """Settings from the environment and the options that are not None; raises InvalidInput."""
     from pydantic import ValidationError
 
     from service.settings import Settings
 
     try:
-        return Settings(**{name: value for name, value in options.items() if value is not None})
+        return Settings.model_validate({name: value for name, value in options.items() if value is not None})
     except ValidationError as error:
         cure = "correct the option, or WHIPPLE_* in the environment"
         raise InvalidInput(
@@ -92,8 +91,7 @@ def folder_of(out: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        cure = f"choose another folder: {error.strerror}"
-        raise InvalidInput([Finding("--out", str(out), "a folder", cure)]) from None
+        raise refusal("--out", str(out), "a folder", f"choose another folder: {error.strerror}") from None
     return out
 
 
@@ -104,8 +102,8 @@ def _key_in(file: Path) -> str:
         words = file.read_text(encoding="utf-8").split()
     except (OSError, UnicodeError) as error:
         cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
-        raise InvalidInput([Finding("--key-file", str(file), limit, cure)]) from None
+        raise refusal("--key-file", str(file), limit, cure) from None
     if len(words) != 1 or not words[0].isascii():
         cure = "write only the secret that `whipple keys create` printed into the file"
-        raise InvalidInput([Finding("--key-file", str(file), limit, cure)])
+        raise refusal("--key-file", str(file), limit, cure)
     return words[0]

@@ -2,16 +2,18 @@
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.commands.options import Json
+from service.cli.commands import OUT_OF_A_CUBE, Commands
 from service.cli.console import SHORT_ID, print_json, print_table
+from service.cli.options import Json
 from studies.quantities.display import display_of, with_unit
-from studies.quantities.findings import Finding, InvalidInput, nearest_cure
+from studies.quantities.findings import nearest_cure, refusal
 
 if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from studies.fits.surrogate import Prediction, Surrogate
 
 app = typer.Typer()
+COMMANDS = Commands("fitting", OUT_OF_A_CUBE, app)
 
 TABLES = (".csv", ".tsv", ".txt")  # endings of tables of shots
 MOST_LISTED = 10  # runs that are left out
@@ -62,8 +65,7 @@ def fit(
         if chosen:
             fitted.append(fits_of(measured, chosen))
     if not fitted:
-        cure = nearest_cure(form, FORMS)
-        raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
+        raise refusal("--form", str(form), "a form of law for what was measured", nearest_cure(form, FORMS))
     if out is not None:
         _write(fitted, out, name)
     if as_json:
@@ -152,17 +154,15 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     ]
     heading = with_unit("computed", runs.unit)
     print_table(("run", *columns, heading, "predicted without it", "± 95 %", ""), rows)
-    for what, each in (("run", left), ("point", made.points_left_out)):
+    for what, errors in (("run", left), ("point", made.points_left_out)):
+        sizes = f"rms error {errors.rms * shown.factor:.3g}{unit}, largest {errors.largest * shown.factor:.3g}{unit}"
         print(
-            f"  each {what} left out once: rms error {each.rms * shown.factor:.3g}{unit}, largest "
-            f"{each.largest * shown.factor:.3g}{unit}, Q2 {each.explained:.4f}; 95 % intervals cover "
-            f"{each.coverage:.0%}"
+            f"  each {what} left out once: {sizes}, Q2 {errors.explained:.4f}; "
+            f"95 % intervals cover {errors.coverage:.0%}"
         )
     print("Sobol indices (95 %)")
-    print_table(
-        ("axis", "by itself", "with interactions"),
-        ((each.name, _index(each.first), _index(each.total)) for each in indices),
-    )
+    table = ((each.name, _index(each.first), _index(each.total)) for each in indices)
+    print_table(("axis", "by itself", "with interactions"), table)
 
 
 def _index(index: "SobolIndex") -> str:
@@ -191,7 +191,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     chosen = [each for each in every if quantity in (None, each.quantity)]
     if not chosen:
         there = ", ".join(each.quantity for each in every) or "none that a law is about"
-        raise InvalidInput([Finding("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")])
+        raise refusal("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")
     return [each.at(each.read_place(at)) for each in chosen]
 
 
@@ -201,7 +201,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
     if len(done) != 1:
         there = ", ".join(f"{each.measured.quantity} {each.form.name}" for each in done) or "none"
         cure = "choose with --quantity and --form" if done else "see the reasons without --out"
-        raise InvalidInput([Finding("--out", there, "one fit", cure)])
+        raise refusal("--out", there, "one fit", cure)
     law = done[0].law(name)
     out.write_text(json.dumps(law.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
 
@@ -221,38 +221,31 @@ def _print_fits(fits: "list[FittedForm]") -> None:
         if len(ranked.fits) > 1
         for each, size in zip(ranked.fits, ranked.differences, strict=True)
     }
-    rows, dimension = [], dimension_of(measured.quantity)
+    dimension = dimension_of(measured.quantity)
     unit = "mm" if dimension == 1 else f"mm{dimension}"
-    for each in fits:
-        if each.solution is None:
-            rows.append((each.form.name, each.form.equation_for(measured.quantity), each.reason, "", "", ""))
-            continue
-        constants = ", ".join(
-            f"{name} = {_short(value.value)} ({_short(value.low)} to {_short(value.high)})"
-            for name, value in each.constants.items()
-        )
-        lengths = each.in_millimetres()
-        sizes = ", ".join(f"{_short(value)}" for value in lengths.values()) if lengths else ""
-        compares = each.form.name in differences
-        difference = f"{differences[each.form.name]:.1f}" if compares else ""
-        rows.append(
-            (
-                each.form.name,
-                each.form.equation_for(measured.quantity),
-                constants,
-                sizes,
-                f"{each.rms * 1e3**dimension:.2f}",
-                difference,
-            )
-        )
-        for law in each.published:
-            stated = zip(each.form.constants, law.constants, strict=True)
-            texts = ", ".join(f"{name} = {_short(value)}" for name, value in stated)
-            rows.append(("", f"  {law.title}", texts, "", "", ""))
+    texts = {name: f"{difference:.1f}" for name, difference in differences.items()}
+    rows = [row for fitted in fits for row in _rows(fitted, texts.get(fitted.form.name, ""), dimension)]
     columns = ("form", "equation", "constants (95 %)", f"in {unit}", f"rms ({unit})", "AICc - best")
     print_table(columns, rows)
     for sentence in verdicts(fits):
         print(f"  {sentence}")
+
+
+def _rows(fitted: "FittedForm", difference: str, dimension: int) -> Iterator[tuple[str, ...]]:
+    """The row of a fit, and one of each published law of its form."""
+    equation = fitted.form.equation_for(fitted.measured.quantity)
+    if fitted.solution is None:
+        yield fitted.form.name, equation, fitted.reason, "", "", ""
+        return
+    constants = ", ".join(
+        f"{name} = {_short(value.value)} ({_short(value.low)} to {_short(value.high)})"
+        for name, value in fitted.constants.items()
+    )
+    sizes = ", ".join(map(_short, (fitted.in_millimetres() or {}).values()))
+    yield fitted.form.name, equation, constants, sizes, f"{fitted.rms * 1e3**dimension:.2f}", difference
+    for law in fitted.published:
+        stated = zip(fitted.form.constants, law.constants, strict=True)
+        yield "", f"  {law.title}", ", ".join(f"{name} = {_short(value)}" for name, value in stated), "", "", ""
 
 
 def _short(value: float) -> str:

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from studies.quantities.findings import Finding, InvalidInput
+from service.cli.commands import LOCAL, Commands
+from service.cli.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
+from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
     from studies.cases.validation import ValidationLevel
 
 app = typer.Typer()
+COMMANDS = Commands("cases", LOCAL, app, place=3)
 
 Cases = Annotated[
     list[str] | None,
@@ -41,7 +43,7 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Compute published and exactly solved problems, and compare. Repeated, it resumes."""
-    from service.cli.validation import STORE, selected, validated
+    from service.cases.validation import STORE, selected, validated
     from service.client.progress import showing_progress
 
     chosen_level = _level(level)
@@ -73,4 +75,4 @@ def _level(text: str) -> "ValidationLevel":
     for level in LEVELS:
         if text == level:
             return level
-    raise InvalidInput([Finding("--level", text, ", ".join(LEVELS), "write one of these")])
+    raise refusal("--level", text, ", ".join(LEVELS), "write one of these")

@@ -5,14 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.commands import SHOTS, Commands
 from service.cli.commands.computing import compute
-from service.cli.commands.options import SUCCESS, Out, folder_of
+from service.cli.options import SUCCESS, Out, folder_of
 
 if TYPE_CHECKING:
     from studies.fits.calibration.shots import BarStrains
     from studies.materials import Material
 
 app = typer.Typer()
+COMMANDS = Commands("calibrating", SHOTS, app, place=1)
 
 BARS = "bars"  # folder of the computed bars, inside that of the calibration
 

@@ -2,7 +2,7 @@
 
 Its objects are listed round and round, and those that no row names are removed: of attempts that ended between upload
 and commit, of deleted sweeps, and files that no sweep retains. The files on the disk are a cache: beyond its size those
-go that were read least recently. Without a bucket there is the scrubber alone, in the tick.
+go that were read least recently.
 """
 
 import logging
@@ -13,16 +13,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from itertools import groupby
 
-from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS, Artifacts
-from service.files.bucket import Bucket, BucketAway
-from service.files.disk_space import Space
-from service.queue.clock_watch import ClockWatch
+from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS
+from service.files.stores import Bucket, FilesAway
 from service.queue.data_identity import WrongDirectory
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, SHARDS
-from service.queue.scrubbing import Scrubber
+from service.queue.keepers import Kept
 from service.records.jobs import NotFound, StoreUnavailable
-from service.settings import Settings
-from service.store import Store
 
 log = logging.getLogger(__name__)
 
@@ -34,22 +30,11 @@ DONE = object()
 class BucketKeeper:
     """Removes objects that no row names, limits the cache, and lets the scrubber go on."""
 
-    def __init__(
-        self,
-        settings: Settings,
-        store: Store,
-        artifacts: Artifacts,
-        space: Space,
-        clock: ClockWatch,
-        scrubber: Scrubber,
-    ):
-        self._store = store
-        self._clock = clock
-        self._artifacts = artifacts
-        self._space = space
-        self._scrubber = scrubber
-        self._grace = settings.retire_seconds
-        self._cache = settings.artifacts_cache
+    def __init__(self, kept: Kept):
+        self._store, self._clock, self._artifacts = kept.store, kept.clock, kept.artifacts
+        self._space, self._scrubber = kept.space, kept.scrubber
+        self._grace = kept.settings.retire_seconds
+        self._cache = kept.settings.artifacts_cache
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="bucket")
         self._running: Future[None] | None = None
         self._sweep: Iterator[None] = iter(())  # over the objects
@@ -58,11 +43,9 @@ class BucketKeeper:
 
     def step(self) -> None:
         """Do a bounded part of the work, or begin to; called by the leader at some of its ticks."""
-        bucket = self._artifacts.bucket
-        if bucket is None:
-            self._scrubber.step()
-        elif self._running is None or self._running.done():
-            self._running = self._thread.submit(self._work, bucket)
+        if self._running is None or self._running.done():
+            assert self._artifacts.bucket is not None
+            self._running = self._thread.submit(self._work, self._artifacts.bucket)
 
     def _work(self, bucket: Bucket) -> None:
         """One step; what fails is done at a later one."""
@@ -72,7 +55,7 @@ class BucketKeeper:
                 self._sweep = self._folders(bucket)
             if next(self._look, DONE) is DONE:
                 self._look = self._pages()
-        except (BucketAway, StoreUnavailable, WrongDirectory) as error:
+        except (FilesAway, StoreUnavailable, WrongDirectory) as error:
             log.warning("%s", error)
         except Exception:
             log.exception("the bucket could not be kept")

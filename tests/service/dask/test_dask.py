@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 from pydantic import ByteSize
 
-from service.execution import dask, dask_worker
-from service.execution.dask import probe
+from service.dask import engine as dask
+from service.dask import worker as dask_worker
+from service.execution import probe
 from service.records.jobs import Cause
 from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended
@@ -50,7 +51,7 @@ import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
 from service.workers.attempt import Attempt
-from service.execution.dask import DaskEngine, Remote
+from service.dask.engine import DaskEngine, Remote
 job = json.loads(sys.argv[1])
 address, *files = job["remote"]
 engine = DaskEngine(Remote(address, *map(Path, files)), SimpleQueue())
@@ -66,7 +67,7 @@ time.sleep(600)
 UNKEPT = (
     """
 import os, signal
-from service.execution.dask import SchedulerConnection
+from service.dask.engine import SchedulerConnection
 from service.workers.attempt import Attempt
 def die(connection, name, future):
     directory = Path(job["attempts"][0]["directory"])

@@ -1,7 +1,7 @@
-"""The engine on a Dask scheduler, over TLS: the only file that imports ``distributed``.
+"""The engine on a Dask scheduler, over TLS.
 
 Dask is never given more attempts than it has free slots, never retries, and may lose anything at any moment. A slot is
-a worker process with ``service.execution.dask_worker`` in it, where a supervisor watches one child. The scheduler
+a worker process with ``service.dask.worker`` in it, where a supervisor watches one child. The scheduler
 may serve other programs, stop and return. Its attempts continue when this process dies, and are found again
 by their keys. A scheduler that does not answer in time counts as away: its connection is closed, and opened anew when
 it answers again.
@@ -17,23 +17,26 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
-import distributed
-
-from service.execution import dask_worker
-from service.execution.protocol import Cluster
+from service.dask import worker
+from service.execution.protocol import Cluster, OpenEngine
+from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
 from service.workers.timings import DEFAULT, Timings
+from studies.quantities.findings import MissingExtra
 
-if TYPE_CHECKING:
-    from service.settings import Settings
+try:
+    import distributed
+except ModuleNotFoundError as error:
+    cure = "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"
+    raise MissingExtra(f"an engine at tls:// needs {error.name}, which is not installed: {cure}") from None
 
 log = logging.getLogger(__name__)
 
 PUBLISHED = "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
 
-Function = Callable[[list[str]], None]  # function of ``dask_worker``, called with keys of attempts
+Function = Callable[[list[str]], None]  # function of ``worker``, called with keys of attempts
 
 
 class SchedulerConnection(distributed.Client):
@@ -69,12 +72,10 @@ class SchedulerConnection(distributed.Client):
     def workers(self) -> Mapping[str, str]:
         """The reason why each worker receives no work, by address; empty if it receives work."""
         workers = self._ask("identity", n_workers=-1).get("workers", {})
-        return {
-            address: dask_worker.differences(worker.get(dask_worker.SOFTWARE)) for address, worker in workers.items()
-        }
+        return {address: worker.differences(described.get(worker.SOFTWARE)) for address, described in workers.items()}
 
     def call(self, function: Function, keys: Sequence[str]) -> None:
-        """Call a function of ``dask_worker`` in the workers that have these attempts.
+        """Call a function of ``worker`` in the workers that have these attempts.
 
         Returns at once: a frozen worker must not keep the message from the others.
         """
@@ -91,7 +92,7 @@ class SchedulerConnection(distributed.Client):
 
     def _send(self, address: str, function: Function, keys: list[str]) -> None:
         assert self.loop is not None
-        sent = self._run(dask_worker.call, function, keys, workers=[address], wait=False, on_error="ignore")
+        sent = self._run(worker.call, function, keys, workers=[address], wait=False, on_error="ignore")
         self._undelivered.add((address, function))
         delivery = asyncio.run_coroutine_threadsafe(
             asyncio.wait_for(sent, self._timings.answer),
@@ -124,7 +125,7 @@ class Remote:
     key: Path
 
     @classmethod
-    def of(cls, settings: "Settings") -> Self:
+    def of(cls, settings: Settings) -> Self:
         """The scheduler of the settings, which were checked to be complete."""
         files = (settings.tls_ca, settings.tls_cert, settings.tls_key)
         ca, certificate, key = (file or Path() for file in files)
@@ -163,6 +164,21 @@ class DaskEngine:
         self._connector = threading.Thread(target=self._stay_connected, name="engine", daemon=True)
         self._connector.start()
 
+    @classmethod
+    def opener(cls, settings: Settings) -> OpenEngine:
+        """The function that opens the engine on the scheduler of the settings."""
+        return partial(cls, Remote.of(settings))
+
+    @classmethod
+    def probe(cls, settings: Settings) -> Cluster:
+        """Ask the scheduler of the settings for its workers; raises OSError."""
+        remote = Remote.of(settings)
+        client = remote.connect()
+        try:
+            return Cluster(remote.address, client.workers())
+        finally:
+            client.hang_up()
+
     # --- for the dispatcher ----------------------------------------------------------------------
 
     def slots(self) -> int:
@@ -183,9 +199,7 @@ class DaskEngine:
         with self._changed:
             self._followed[key] = None
         try:
-            future = client.submit(
-                dask_worker.compute, attempt, key=key, pure=False, retries=0, resources={dask_worker.OFFER: 1}
-            )
+            future = client.submit(worker.compute, attempt, key=key, pure=False, retries=0, resources={worker.OFFER: 1})
             client.keep(PUBLISHED + key, future)
         except BaseException:
             with self._changed:
@@ -195,7 +209,7 @@ class DaskEngine:
 
     def stop(self, keys: list[str]) -> None:
         """Ask for the end of attempts; one that has not begun misses it, so ask again."""
-        self._connection().call(dask_worker.stop, keys)
+        self._connection().call(worker.stop, keys)
 
     def attempts(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
@@ -273,7 +287,7 @@ class DaskEngine:
 
     def _end_all(self, leave_seconds: float) -> None:
         """Let all attempts leave, then stop the others; each step has its time."""
-        steps = ((dask_worker.leave, leave_seconds), (dask_worker.stop, self._timings.stop))
+        steps = ((worker.leave, leave_seconds), (worker.stop, self._timings.stop))
         for function, seconds in steps:
             with self._changed:
                 keys = list(self._followed)
@@ -309,7 +323,7 @@ class DaskEngine:
     def _connect(self) -> None:
         client = self._remote.connect(self._timings)
         try:
-            client.subscribe_topic(dask_worker.PROGRESS, self._receive)
+            client.subscribe_topic(worker.PROGRESS, self._receive)
             with self._changed:
                 keys = list(self._followed)
             for key in keys:
@@ -346,14 +360,4 @@ class DaskEngine:
         self._inbox.put(Away("the connection to the scheduler broke"))
         with self._changed:
             self._followed = dict.fromkeys(self._followed)
-        client.hang_up()
-
-
-def probe(settings: "Settings") -> Cluster:
-    """Ask the scheduler of the settings for its workers; raises OSError."""
-    remote = Remote.of(settings)
-    client = remote.connect()
-    try:
-        return Cluster(remote.address, client.workers())
-    finally:
         client.hang_up()

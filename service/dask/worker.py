@@ -1,6 +1,6 @@
 """A slot in a Dask worker: it describes the software that it computes with, and supervises attempts.
 
-A worker loads this module with ``--preload service.execution.dask_worker``. It then offers one unit of the resource
+A worker loads this module with ``--preload service.dask.worker``. It then offers one unit of the resource
 ``OFFER``, a name made of versions, and an attempt asks for one unit of its service's own offer: so work goes to workers
 that compute the same numbers, one attempt at a time, and to no other worker of the cluster.
 """

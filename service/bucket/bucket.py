@@ -12,10 +12,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from solver.errors import WhippleError
+from service.files.stores import IDENTITY, FilesAway
 from studies.quantities.findings import Finding, InvalidInput
 
-IDENTITY = "whipple.id"  # object, and file of the data directory, with the id of the database
 PROBE = ".doctor"
 PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
@@ -30,12 +29,8 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
 EXTRA = "pip install 'whipple[s3]'; other stores need the package that fsspec names"
 
 
-class BucketAway(WhippleError, OSError):
-    """The bucket cannot be used now; nothing was changed, and a later try may succeed."""
-
-
-class Bucket:
-    """The objects below the URL of a bucket, with the prefix that it names."""
+class ObjectBucket:
+    """``stores.Bucket`` of the objects below a URL, with the prefix that it names."""
 
     def __init__(self, url: str):
         try:
@@ -59,25 +54,25 @@ class Bucket:
         return failure[1] if failure is not None and time.monotonic() - failure[0] < PAUSE_SECONDS else None
 
     def put(self, file: Path, name: str) -> None:
-        """Write an object from a file; raises BucketAway."""
+        """Write an object from a file; raises FilesAway."""
         with self._used(uploads=True):
             self.files.put_file(str(file), self._path(name))
 
     def get(self, name: str, file: Path) -> None:
-        """Write an object to a file; raises FileNotFoundError, BucketAway."""
+        """Write an object to a file; raises FileNotFoundError, FilesAway."""
         if self._failure is not None and time.monotonic() - self._failure[0] < AGAIN_SECONDS:
-            raise BucketAway(self._failure[1])
+            raise FilesAway(self._failure[1])
         with self._used():
             self.files.get_file(self._path(name), str(file))
 
     def chunks(self, name: str) -> Iterator[bytes]:
-        """The bytes of an object in pieces; raises FileNotFoundError, BucketAway."""
+        """The bytes of an object in pieces; raises FileNotFoundError, FilesAway."""
         with self._used(), self.files.open(self._path(name), "rb", block_size=BLOCK) as stream:
             while piece := stream.read(BLOCK):
                 yield piece
 
     def size(self, name: str) -> int | None:
-        """Bytes of an object; None: there is none. Raises BucketAway."""
+        """Bytes of an object; None: there is none. Raises FilesAway."""
         try:
             with self._used():
                 return int(self.files.info(self._path(name))["size"])
@@ -85,24 +80,24 @@ class Bucket:
             return None
 
     def names(self, folder: str) -> list[str]:
-        """The objects below a folder; raises BucketAway."""
+        """The objects below a folder; raises FilesAway."""
         with self._used():
             found = self.files.find(self._path(folder))
         return sorted(each[len(self._root) + 1 :] for each in found)
 
     def age(self, name: str) -> float:
-        """Seconds since an object was written; raises FileNotFoundError, BucketAway."""
+        """Seconds since an object was written; raises FileNotFoundError, FilesAway."""
         with self._used():
             written: datetime = self.files.modified(self._path(name))
         return time.time() - written.timestamp()
 
     def remove(self, name: str) -> None:
-        """Remove an object; raises BucketAway."""
+        """Remove an object; raises FilesAway."""
         with self._used():
             self.files.rm_file(self._path(name))
 
     def link(self, name: str, seconds: int) -> str | None:
-        """A signed link that is valid for so many seconds; None: this store has none. Raises BucketAway."""
+        """A signed link that is valid for so many seconds; None: this store has none. Raises FilesAway."""
         try:
             with self._used():
                 return str(self.files.sign(self._path(name), expiration=seconds))
@@ -110,7 +105,7 @@ class Bucket:
             return None
 
     def identity(self) -> str | None:
-        """The id of the database whose files it has; None: it is empty. Raises BucketAway."""
+        """The id of the database whose files it has; None: it is empty. Raises FilesAway."""
         with self._used():
             if not self.files.exists(self._path(IDENTITY)):
                 self.files.find(self._path(IDENTITY))  # an error where there is no such bucket
@@ -118,12 +113,12 @@ class Bucket:
             return bytes(self.files.cat_file(self._path(IDENTITY))).decode().strip()
 
     def identify(self, id: str) -> None:
-        """Let it belong to a database; raises BucketAway."""
+        """Let it belong to a database; raises FilesAway."""
         with self._used():
             self.files.pipe_file(self._path(IDENTITY), id.encode())
 
     def probe(self) -> bool:
-        """Write, read and remove an object; whether the bucket keeps removed ones as versions. Raises BucketAway."""
+        """Write, read and remove an object; whether the bucket keeps removed ones as versions. Raises FilesAway."""
         with self._used():
             self.files.pipe_file(self._path(PROBE), b"ready?")
             self.files.cat_file(self._path(PROBE))
@@ -147,7 +142,7 @@ class Bucket:
             reason = f"the bucket {self.url} cannot be used ({error}); see `whipple doctor`"
             self._failure = time.monotonic(), reason
             self._must_upload |= uploads
-            raise BucketAway(reason) from error
+            raise FilesAway(reason) from error
         if uploads or not self._must_upload:
             self._failure, self._must_upload = None, False
 
