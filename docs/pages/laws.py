@@ -49,13 +49,13 @@ def pages() -> dict[str, str]:
 def quantities() -> list[str]:
     """The quantities that a law answers: those that are measured, holes first, and then the others."""
     answered = {laws.load(name).quantity for name in laws.names()}
-    measured = sorted(answered - set(laws.UNMEASURED), reverse=True)
-    return [*measured, *(name for name in laws.UNMEASURED if name in answered)]
+    measured = sorted(answered - set(laws.unmeasured()), reverse=True)
+    return [*measured, *(name for name in laws.unmeasured() if name in answered)]
 
 
 def title_of(quantity: str) -> str:
     """The title of a quantity, measured or not."""
-    return laws.UNMEASURED.get(quantity) or measurements.load(quantity).title
+    return laws.unmeasured().get(quantity) or measurements.load(quantity).title
 
 
 def _is_critical(quantity: str) -> bool:
@@ -79,7 +79,7 @@ def _caption(quantity: str) -> str:
         plate = f" t/d = {THICKNESS:g};" if "hole" in quantity else ""
         text = f"Spheres of {1e3 * DIAMETER:g} mm;{plate} {lines}; a law with several published constants has a line "
         text += "for each."
-    if quantity in laws.UNMEASURED:
+    if quantity in laws.unmeasured():
         text += " No run measures this, so that no report compares it."
     drawn = {law.title for law in drawn_laws(quantity)}
     undrawn = [law.title for law in laws.answering(quantity) if law.title not in drawn]

@@ -6,10 +6,11 @@ import numpy as np
 
 from docs.pages import table
 from studies import laws
-from studies.observations.shields.answers import SHORT
-from studies.observations.shields.judged import Judged, Share, equations, judge, judge_by_range
-from studies.observations.shields.probability import KNOTS, curves, mean_of_curves
-from studies.observations.shields.shots import (
+from studies.outcomes.found import Share
+from studies.shields.shots.answers import SHORT
+from studies.shields.shots.chance import KNOTS, curves, mean_of_curves
+from studies.shields.shots.judged import Judged, equations, judge, judge_by_range
+from studies.shields.shots.table import (
     IN_DOUBT,
     NEAR,
     OTHER_METAL,
@@ -21,7 +22,7 @@ from studies.observations.shields.shots import (
     published,
     sources,
 )
-from studies.observations.shields.validation import (
+from studies.shields.shots.validation import (
     MEAN,
     Predicted,
     brier,
@@ -113,7 +114,7 @@ def _probability() -> Iterator[str]:
         "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b continuous in the normal speed; P is "
         "the mean of the curves of the equations that cover the shot. The interval, at 95 %, holds what a laboratory "
         "that is not among these may find. The whole method was written down before its first fit: "
-        "`studies/observations/shields/probability.py`.\n"
+        "`studies/shields/shots/chance.py`.\n"
     )
     yield (
         "a and b are linear between values at knots, and constant beyond the outer ones. Three forms could be taken, "

@@ -1,6 +1,5 @@
 """The answers to a question as a dataset: every law of a quantity over the axes of the question."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,15 +9,10 @@ import numpy as np
 
 from studies.answers.answer import ShotAnswer, answers
 from studies.answers.question import Question
-from studies.observations.shields.answers import ShieldAnswer
-from studies.observations.shields.inverse import RISKS, NoSize, SafeSize, Size
+from studies.answers.targets import targets
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-LAWS = "law_of_critical_diameter"  # the dimension
-_NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
 
 
 def cube_of(question: Question) -> "xr.Dataset":
@@ -62,33 +56,9 @@ def cube_of(question: Question) -> "xr.Dataset":
             f"{name}_in_range": (dims, over("in_range", np.int8), {"flag_values": [0, 1], "units": "1"}),
             f"{name}_outside": (dims, over("outside", object)),
         }
-    if question.target == "shield":
-        coordinates["risk"] = ("risk", list(RISKS), {"units": "1"})
-        variables |= _of_shields([each.shield for each in every if each.shield], coordinates[LAWS][1], question)
+    added = targets()[question.target].variables([each.addition for each in every if each.addition], question)
+    coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
-
-
-def _of_shields(shields: Sequence[ShieldAnswer], laws: Sequence[str], question: Question) -> dict[str, Any]:
-    """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
-    names, variables = [axis.name for axis in question.axes], dict[str, Any]()
-
-    def add(name: str, title: str, unit: str, values: Sequence[Any], dims: Sequence[str] = ()) -> None:
-        shape = (len(values) // len(shields), *question.shape) if dims else question.shape
-        variables[name] = ((*dims, *names), np.array(values).reshape(shape), {"units": unit, "long_name": title})
-
-    for part, end in (("value", ""), ("low", "_low"), ("high", "_high")):
-        chances = [getattr(shield.probability, part, math.nan) for shield in shields]
-        add(f"probability{end}", "Probability that the wall fails", "1", chances)
-    add("easier_failed", "Easier shots whose wall failed", "1", [shield.easier.contrary for shield in shields])
-    add("harder_held", "Harder shots whose wall held", "1", [shield.harder.contrary for shield in shields])
-    found = [{(each.size, each.risk or each.law): each for each in shield.safe} for shield in shields]
-    for size in Size:
-        for dim, limits in (("risk", RISKS), (LAWS, laws)):
-            each = [safe.get((size, limit), _NO_EQUATION) for limit in limits for safe in found]
-            name, title = f"safe_{size}_by_{dim.partition('_')[0]}", f"{size.replace('_', ' ')} that is just safe"
-            add(name, title, "m", [math.nan if safe.value is None else safe.value for safe in each], (dim,))
-            add(f"{name}_reason", "why there is none", "1", [str(safe.reason or "") for safe in each], (dim,))
-    return variables
 
 
 def _by_law(every: Sequence[ShotAnswer], place: int, law: str) -> list[Any]:

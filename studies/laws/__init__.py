@@ -20,9 +20,11 @@ from typing import Any
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeStatus, Reason
-from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
+from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeCode, RangeStatus, Reason
+from studies.laws._shot import Shot
 from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words
+from studies.laws.predicted import critical, unmeasured
+from studies.laws.targets import shot_from, shot_of, target_of
 from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
@@ -32,17 +34,16 @@ __all__ = [
     "SPEED",
     "THICKNESS_RATIO",
     "Code",
-    "FurtherBumper",
     "Law",
     "LawValue",
     "Limit",
     "Range",
+    "RangeCode",
     "RangeStatus",
     "Reason",
-    "Shield",
     "Shot",
-    "aluminium",
     "answering",
+    "critical",
     "in_words",
     "limit_in_latex",
     "limit_in_words",
@@ -51,18 +52,10 @@ __all__ = [
     "range_in_words",
     "shot_from",
     "shot_of",
+    "target_of",
+    "unmeasured",
 ]
 
-# Quantities that laws predict and no run measures, with their titles: listed and drawn by docs/pages/laws.py alone.
-UNMEASURED: Mapping[str, str] = {
-    "spall_thickness": "Plate thickness below which the back face spalls",
-    "detached_spall_thickness": "Plate thickness below which spall detaches",
-    "perforation_thickness": "Plate thickness below which a plate is perforated",
-    "plate_critical_diameter": "Projectile diameter above which a plate is perforated",
-    "critical_diameter": "Projectile diameter above which a Whipple shield fails",
-}
-# What laws predict of an outcome that a run measures as 1 or 0: the projectile's diameter from which on it is 1.
-CRITICAL: Mapping[str, str] = {"wall_perforated": "critical_diameter"}
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
@@ -92,10 +85,9 @@ class LawValue:
     @property
     def status(self) -> RangeStatus:
         """How the answer stands to the range."""
-        codes = {reason.code for reason in self.reasons}
-        if Code.FITTED in codes:
+        if any(reason.code is Code.FITTED for reason in self.reasons):
             return RangeStatus.FITTED
-        if codes & {Code.TARGET_FAMILY, Code.WALL_FAMILY}:
+        if any(reason.code.is_other_material for reason in self.reasons):
             return RangeStatus.OTHER_MATERIAL
         if math.isnan(self.value):
             return RangeStatus.NO_ANSWER
@@ -117,7 +109,7 @@ class Law:
 
     name: str
     title: str
-    quantity: str  # "hole_diameter": a measurement, or one of UNMEASURED
+    quantity: str  # "hole_diameter": a measurement, or what ``predicted`` lists
     equation: str  # as published, with its units
     latex: str = ""  # the same for pages, formulas between dollar signs; empty: the equation as it is
     source: str

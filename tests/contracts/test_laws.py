@@ -59,7 +59,7 @@ def test_law__states_equation_source_and_confidence(law: Law) -> None:
 
 
 def test_law__predicts_what_is_measured_or_what_is_listed_as_unmeasured(law: Law) -> None:
-    assert (law.quantity in measurements.names()) != (law.quantity in laws.UNMEASURED)
+    assert (law.quantity in measurements.names()) != (law.quantity in laws.unmeasured())
 
 
 def test_law__states_a_range_with_sources_of_which_some_is_checked(law: Law) -> None:

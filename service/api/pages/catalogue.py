@@ -18,10 +18,10 @@ from service.api.routes.dependencies import read_content
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
-from studies.observations.shields import shots as shield_shots
 from studies.observations.table import rows_of
 from studies.quantities.display import display_alone, printed_in, with_unit
 from studies.quantities.parameters import declared
+from studies.shields.shots import table as shield_shots
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -76,9 +76,9 @@ def show_laws(request: Request, caller: Reader) -> Response:
     """Every law with its formula, range and source, by what it predicts."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}
-    measured = sorted(answered - {*laws.UNMEASURED}, reverse=True)
+    measured = sorted(answered - {*laws.unmeasured()}, reverse=True)
     titles = {name: measurements.load(name).title for name in measured}
-    titles |= {name: title for name, title in laws.UNMEASURED.items() if name in answered}
+    titles |= {name: title for name, title in laws.unmeasured().items() if name in answered}
     return page(
         request,
         "laws.html",

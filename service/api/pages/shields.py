@@ -15,13 +15,13 @@ from service.api.reading import AnsweredForm, answered_form
 from service.api.routes.dependencies import read_content
 from service.records.jobs import KEY_VARIABLE
 from studies import materials
-from studies.answers import EXAMPLE
-from studies.answers.question import PLATE, ShotParameters
-from studies.observations.shields.drawn import FAST, beside_held, failures_found
-from studies.observations.shields.shots import published
+from studies.answers.question import shot_parameters
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
-from studies.quantities.parameters import declared
+from studies.shields.answered import PLATE
+from studies.shields.answered import TARGET as SHIELD
+from studies.shields.shots.drawn import FAST, beside_held, failures_found
+from studies.shields.shots.table import published
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -37,13 +37,14 @@ ALWAYS = (
 @cache
 def _example() -> Mapping[str, str]:
     """The shield that ships."""
-    document = read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name)
+    assert SHIELD.example is not None
+    document = read_yaml(SHIELD.example.read_text(encoding="utf-8"), SHIELD.example.name)
     return {name: str(value) for name, value in document.items()}
 
 
 def _fields(request: Request) -> Mapping[str, str]:
     """The fields of a form in the address; without any, those of the shield that ships."""
-    known = declared(ShotParameters)
+    known = shot_parameters()
     given = {name: text.strip() for name, text in request.query_params.items() if name in known}
     return {name: text for name, text in given.items() if text} or _example()
 
@@ -61,7 +62,7 @@ AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 @router.get("/shields")
 def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(each) for name, each in declared(ShotParameters).items() if name not in PLATE}
+    every = {name: field_of(each) for name, each in shot_parameters().items() if name not in PLATE}
     return page(
         request,
         "shields.html",

@@ -24,10 +24,10 @@ from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
-from studies.laws import CRITICAL
-from studies.observations.shields.drawn import beside_walls
+from studies.laws import critical
 from studies.quantities.files import REPORT_JSON
 from studies.quantities.numerical_defaults import NO_FAILURE
+from studies.shields.shots.drawn import beside_walls
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -147,7 +147,7 @@ def show_sweep(
         quantity=measurements.load(shown.quantity),
         quantities=[measurements.load(each) for each in quantities],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
-        note=_beside_walls(shown.document) if shown.quantity in CRITICAL else "",
+        note=_beside_walls(shown.document) if shown.quantity in critical() else "",
         once=secrets.token_urlsafe(),
         may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.commands.answering import print_example
+from service.cli.commands.answering import print_examples
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
@@ -61,7 +61,7 @@ def demo(
     chosen = examples.names() if every_example else names or DEMO
     documents = {name: read_yaml(examples.text(name), name) for name in chosen}
     folder = folder_of(out)
-    print_example(folder / "shield.html")
+    print_examples(folder)
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
     statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]

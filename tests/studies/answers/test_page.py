@@ -10,10 +10,10 @@ from studies.answers.answer import answers
 from studies.answers.page import page
 from studies.answers.picture import picture
 from studies.answers.question import read_question
-from studies.observations.shields.probability import probability
 from studies.quantities.units import readable
 from studies.reports.drawing.charts import draw
 from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
+from studies.shields.shots.chance import probability
 from studies.sweeps.document import read_yaml
 from tests.studies.answers.test_answers import BLOCK, PLATE
 

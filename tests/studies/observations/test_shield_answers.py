@@ -13,11 +13,9 @@ from sklearn.linear_model import LogisticRegression
 from studies import materials
 from studies.cases.rows import Row, at_least, at_most, equal
 from studies.laws import FurtherBumper, Shield, Shot, load
-from studies.observations.shields.answers import SHORT, answer
-from studies.observations.shields.inverse import NoSize, Size, resized, safe_sizes
-from studies.observations.shields.judged import equations, margin, margins
-from studies.observations.shields.outside import bounds_of_shots
-from studies.observations.shields.probability import (
+from studies.quantities.findings import InvalidInput
+from studies.shields.shots.answers import SHORT, answer
+from studies.shields.shots.chance import (
     KNOTS,
     chance_of,
     compute,
@@ -29,8 +27,11 @@ from studies.observations.shields.probability import (
     probability,
     terms,
 )
-from studies.observations.shields.shots import NEAR, ShieldShot, distances, laboratory, published
-from studies.observations.shields.validation import (
+from studies.shields.shots.inverse import NoSize, Size, resized, safe_sizes
+from studies.shields.shots.judged import equations, margin, margins
+from studies.shields.shots.outside import bounds_of_shots
+from studies.shields.shots.table import NEAR, ShieldShot, distances, laboratory, published
+from studies.shields.shots.validation import (
     MEAN,
     Predicted,
     brier,
@@ -40,7 +41,6 @@ from studies.observations.shields.validation import (
     predict,
     reliability,
 )
-from studies.quantities.findings import InvalidInput
 from tests.claims.marked import in_full
 
 SHOTS = published().shots
@@ -64,7 +64,7 @@ def predicted() -> Predicted:
 
 
 def test_stored_curves__are_those_of_the_shots_that_ship() -> None:
-    """``python -m studies.observations.shields.probability`` writes them."""
+    """``python -m studies.shields.shots.chance`` writes them."""
     for name, curve in compute().items():
         stored = curves()[name]
         assert stored.constants == pytest.approx(curve["constants"], rel=1e-6)

@@ -13,8 +13,10 @@ import pytest
 
 from studies.cases.rows import Row, at_least, equal
 from studies.laws import load
-from studies.observations.shields.judged import ALL, RANGES, Share, equations, judge, judge_by_range, margins
-from studies.observations.shields.shots import (
+from studies.outcomes.found import Share
+from studies.quantities.findings import InvalidInput
+from studies.shields.shots.judged import ALL, RANGES, equations, judge, judge_by_range, margins
+from studies.shields.shots.table import (
     CONTRADICTED,
     DENSITIES,
     IN_DOUBT,
@@ -34,9 +36,8 @@ from studies.observations.shields.shots import (
     screened,
     sources,
 )
-from studies.quantities.findings import InvalidInput
 
-TEXT = files("studies.observations.shields").joinpath("shots.csv").read_text(encoding="utf-8")
+TEXT = files("studies.shields.shots").joinpath("shots.csv").read_text(encoding="utf-8")
 SHOTS = published().shots
 ONE = SHOTS[0]
 OWN = """\

@@ -11,10 +11,10 @@ import pytest
 from studies.cases.rows import equal
 from studies.materials import load
 from studies.observations import Observation, read_observations
-from studies.observations.shields.shots import published, read_shots
 from studies.observations.table import rows_of
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 from studies.quantities.texts import decoded, strictly_decoded
+from studies.shields.shots.table import published, read_shots
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import vocabulary
 from studies.sweeps.sweep import Sweep

@@ -7,8 +7,8 @@ import pytest
 
 from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
-from studies.observations.shields.judged import Share
 from studies.outcomes import shots as of_shots
+from studies.outcomes.found import Share
 from studies.outcomes.section import ComputedWay, QuantityOutcomes, ShotOutcome
 from studies.quantities.measured import Measured
 from studies.reports.page import page

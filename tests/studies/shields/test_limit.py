@@ -14,7 +14,6 @@ from studies.answers.question import read_question
 from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import CRITICAL, Code, load
-from studies.observations.shields.judged import equations
 from studies.quantities.findings import InvalidInput
 from studies.reports import page
 from studies.reports.compare import compare
@@ -25,6 +24,7 @@ from studies.reports.wording import MOST_WORDS
 from studies.runs.run import Run
 from studies.shields.limit import name_of
 from studies.shields.section import SECTION, Incomparable
+from studies.shields.shots.judged import equations
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import (
     FACTORS,

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from studies.observations.shields import drawn
-from studies.observations.shields.answers import answer
-from studies.observations.shields.drawn import DrawnShots
-from studies.observations.shields.inverse import Size, resized
-from studies.observations.shields.joined import Joint
-from studies.observations.shields.probability import probability
 from studies.reports.wording import MOST_WORDS
 from studies.shields.section import Apart, NotJoined, WallRun
+from studies.shields.shots import drawn
+from studies.shields.shots.answers import answer
+from studies.shields.shots.chance import probability
+from studies.shields.shots.drawn import DrawnShots
+from studies.shields.shots.inverse import Size, resized
+from studies.shields.shots.joined import Joint
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import PLAIN, SHIELD, SHOT, computed, part_of, record_of, result_of, rows_of, sweep_of
 from tests.studies.support import fakes

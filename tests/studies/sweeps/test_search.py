@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from studies.observations.shields.probability import mean_of_curves
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING, TOO_COARSE
 from studies.runs.run import Run
+from studies.shields.shots.chance import mean_of_curves
 from studies.sweeps.cost import cost_of
 from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
 from studies.sweeps.sweep import Sweep

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 
-from studies.observations.shields.answers import ShieldAnswer
-from studies.observations.shields.inverse import NoSize, SafeSize, Size
-from studies.quantities.display import digits, display_of
+from studies.outcomes.found import Share
+from studies.quantities.display import NONE, digits, display_of
+from studies.shields.shots.answers import ShieldAnswer
+from studies.shields.shots.inverse import NoSize, SafeSize, Size
 
 COLUMNS = ("largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
 REASONS: Mapping[NoSize, str] = {
@@ -41,3 +42,11 @@ def of_ordered_shots(answer: ShieldAnswer) -> str:
         for kind, did, each in kinds
     ]
     return f"In every respect: {'; '.join(said)}."
+
+
+def share(share: Share) -> str:
+    """A share of shots with its interval: "7 of 9 (45 to 94 %)"."""
+    if not share.of:
+        return NONE
+    low, high = (f"{100.0 * bound:.0f}" for bound in share.interval)
+    return f"{share.count} of {share.of} ({low} to {high} %)"

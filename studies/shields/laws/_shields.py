@@ -4,15 +4,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Code, FurtherBumper, Law, Reason, Shield, Shot
+from studies.laws import Law, RangeCode, Reason, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import Limit, Range, family, stated
 from studies.quantities.roots import root_between
+from studies.shields.shield import ALUMINIUM, CRITICAL_DIAMETER, FurtherBumper, Shield, shield_of
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
@@ -22,6 +23,27 @@ DENSEST = 2900.0  # kg/m3: no alloy of aluminium is denser
 # Denser spheres melt at higher speeds, so that their fast limb begins later than 7 km/s. How it moves between the
 # densities of aluminium and of steel is not published, and no equation here knows it.
 HEAVY = "above 6 g/cm3 the fast limb begins at 9.1 km/s: NASA/TM-2014-218268, known second-hand"
+
+
+class ShieldCode(RangeCode):
+    """Kinds of limits of equations of shields, and of reasons."""
+
+    SHIELD = "shield", "a Whipple shield", "the target is no Whipple shield"
+    WALL_FAMILY = (
+        "wall_family",
+        "wall of {first}",
+        "calibrated on {first}, {others}",
+        True,
+    )  # of what is behind a bumper
+    PROJECTILE_DENSITY = (
+        "projectile_density",
+        "projectile no denser than aluminium ({high:g}{unit})",
+        "{symbol} = {value:.3g}{unit} is above {high:g}{unit}, that of aluminium",
+    )
+    # Of reasons alone.
+    TWO_WALLS = "two_walls", "", "the equation is for two walls, the shield has a second bumper"
+    THREE_WALLS = "three_walls", "", "the target is no shield of two bumpers and a wall"
+    NO_YIELD_STRESS = "no_yield_stress", "", "the material of the wall states no yield stress"
 
 
 @dataclass(frozen=True)
@@ -104,19 +126,43 @@ def in_handbook_units(shield: Shield, bumper_density: float, projectile_density:
     )
 
 
-def shield_law(critical: Callable[..., NDArray], *, oblique: bool = True, **fields: Any) -> Law:
+class LawFields(TypedDict):
+    """What each equation states of itself."""
+
+    name: str
+    title: str
+    equation: str
+    latex: str
+    source: str
+    confidence: str
+    range: Range
+
+
+def shield_law(
+    critical: Callable[..., NDArray],
+    *,
+    oblique: bool = True,
+    meaningless: Callable[[Shot, str], Reason | None] | None = None,
+    **fields: Unpack[LawFields],
+) -> Law:
     """The law of a critical diameter by m/s, two densities in kg/m3, the shield and the obliquity.
 
     Without ``oblique`` the equation is about normal impact and takes no obliquity.
     """
 
-    def ratio(shot: Shot, variant: str) -> NDArray:
+    def ratio(shot: Shot, variant: str) -> float:
         lean = (shot.obliquity,) if oblique else ()
-        diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shot.shield, *lean)
-        return diameter / shot.projectile_diameter
+        diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shield_of(shot), *lean)
+        return float(diameter / shot.projectile_diameter)
 
-    common = {"quantity": "critical_diameter", "size_exponent": None, "meaningless": without_shield}
-    return Law(ratio=ratio, largest_obliquity=math.radians(90.0) if oblique else 0.0, **{**common, **fields})
+    return Law(
+        quantity=CRITICAL_DIAMETER,
+        ratio=ratio,
+        meaningless=meaningless or without_shield,
+        size_exponent=None,
+        largest_obliquity=math.radians(90.0) if oblique else 0.0,
+        **fields,
+    )
 
 
 def by_three_ranges(
@@ -140,16 +186,15 @@ def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
 
 def without_shield(shot: Shot, variant: str = "") -> Reason | None:
     """Why a shot has no critical diameter of two walls; None where it meets a shield of two."""
-    if shot.shield is None:
-        return Reason(Code.SHIELD)
-    if shot.shield.further_bumpers:
-        return Reason(Code.TWO_WALLS)
-    return without_yield_stress(shot.shield)
+    shield = shield_of(shot)
+    if shield is None:
+        return Reason(ShieldCode.SHIELD)
+    return Reason(ShieldCode.TWO_WALLS) if shield.further_bumpers else without_yield_stress(shield)
 
 
 def without_yield_stress(shield: Shield) -> Reason | None:
     """Why an equation that takes the strength of the wall has no answer; None where it is known."""
-    return Reason(Code.NO_YIELD_STRESS) if math.isnan(shield.wall_yield_stress) else None
+    return Reason(ShieldCode.NO_YIELD_STRESS) if math.isnan(shield.wall_yield_stress) else None
 
 
 def range_of(
@@ -160,12 +205,15 @@ def range_of(
 ) -> Range:
     """Bumper and wall of aluminium; ``fails`` says which wall has failed."""
     return Range(
-        family("aluminium", source),
+        family(ALUMINIUM, source),
         Limit(
-            Code.SHIELD, "the equation is about bumper and wall", is_derived=True, check=lambda limit, shot: walls(shot)
+            ShieldCode.SHIELD,
+            "the equation is about bumper and wall",
+            is_derived=True,
+            check=lambda limit, shot: walls(shot),
         ),
-        Limit(Code.WALL_FAMILY, source, names=("aluminium",), check=_other_metal),
-        Limit(Code.PROJECTILE_DENSITY, HEAVY, "rho_p", high=DENSEST, unit="kg m-3", check=_heavy_projectile),
+        Limit(ShieldCode.WALL_FAMILY, source, names=(ALUMINIUM,), check=_other_metal),
+        Limit(ShieldCode.PROJECTILE_DENSITY, HEAVY, "rho_p", high=DENSEST, unit="kg m-3", check=_heavy_projectile),
         stated(fails, source),
         *limits,
     )
@@ -179,5 +227,6 @@ def _heavy_projectile(limit: Limit, shot: Shot) -> Reason | None:
 
 def _other_metal(limit: Limit, shot: Shot) -> Reason | None:
     """Why what stands behind the bumper is not what an equation is for."""
-    behind = shot.shield.of_other_metal if shot.shield else {}
+    shield = shield_of(shot)
+    behind = shield.of_other_metal if shield else {}
     return limit.broken(found=behind) if behind else None

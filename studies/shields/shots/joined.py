@@ -35,12 +35,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.observations.shields import drawn
-from studies.observations.shields.drawn import DrawnShots, SimulationKind
-from studies.observations.shields.judged import DEVIATE, RANGES, range_of
-from studies.observations.shields.probability import Probability, expit, logit, most_probable
-from studies.observations.shields.shots import ShieldShot, laboratory, published
-from studies.observations.shields.validation import predict
+from studies.outcomes.found import DEVIATE
+from studies.shields.shots import drawn
+from studies.shields.shots.chance import Probability, expit, logit, most_probable
+from studies.shields.shots.drawn import DrawnShots, SimulationKind
+from studies.shields.shots.judged import RANGES, range_of
+from studies.shields.shots.table import ShieldShot, laboratory, published
+from studies.shields.shots.validation import predict
 
 PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.

@@ -4,8 +4,9 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield
-from studies.laws._shields import (
+from studies.laws.plates import ALUMINIUM as FACTORS
+from studies.laws.reimerdes import OF_ALUMINIUM, OF_MASS
+from studies.shields.laws._shields import (
     FAST,
     SIZE,
     HandbookShield,
@@ -15,8 +16,7 @@ from studies.laws._shields import (
     range_of,
     shield_law,
 )
-from studies.laws.plates import ALUMINIUM as FACTORS
-from studies.laws.reimerdes import OF_ALUMINIUM, OF_MASS
+from studies.shields.shield import Shield
 
 SOURCE = "Reimerdes, Noelke and Schaefer (2006), Int. J. Impact Eng. 33, 645"
 CRITICAL = 0.2  # t_b/d

@@ -5,13 +5,13 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from importlib.resources import files
 from itertools import permutations
 from typing import Annotated, Any, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
-from studies.laws import Shield, Shot, aluminium
+from studies.materials import Material, load
 from studies.observations.table import (
     TEXT_COLUMNS,
     TO,
@@ -24,6 +24,7 @@ from studies.observations.table import (
 )
 from studies.quantities.findings import Finding, Findings, refusal
 from studies.quantities.parameters import declared, find, missing, parse_value
+from studies.shields.shield import ALUMINIUM, Shield, ShotAtShield
 
 WallOutcome = Literal["perforated", "held"]  # of the wall
 OUTCOMES: tuple[WallOutcome, ...] = get_args(WallOutcome)
@@ -48,6 +49,12 @@ CONTRADICTED = "of a source whose outcomes contradict each other"
 SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
 NEAR = 0.5  # of the distance: five numbers that differ by a quarter each
 OTHER_METAL = 1.1  # ratio of densities: those of alloys of aluminium differ by less, those of other metals by more
+
+
+@lru_cache(maxsize=256)
+def aluminium(density: float, name: str = "") -> Material:
+    """Aluminium of a density, kg/m3: equations of shields read no other constant of projectile and bumper."""
+    return replace(load("al-6061-t6"), name=name or ALUMINIUM, density=density)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,9 +95,9 @@ class ShieldShot:
             self.bumper_thickness, self.wall_thickness, self.stand_off, self.wall_yield_stress, self.wall_density
         )
 
-    def as_shot(self) -> Shot:
+    def as_shot(self) -> ShotAtShield:
         """The shot as laws take it."""
-        return Shot(
+        return ShotAtShield(
             speed=self.speed,
             projectile_diameter=self.projectile_diameter,
             plate_thickness=self.bumper_thickness,
@@ -153,7 +160,10 @@ def read_shots(raw: object, path: str = PATH) -> tuple[ShieldShot, ...]:
 @cache
 def collected() -> Screening:
     """The shots that ship, screened one by one: with the source in doubt."""
-    return _shipped("shots.csv")
+    text = files(__package__).joinpath("shots.csv").read_text(encoding="utf-8")
+    cell = cache(partial(_cell, where=PATH))  # most numbers repeat: 0.05 s for 0.2 s (2026-11)
+    rows = (row for _, row in rows_of(text, PATH, texts=WORDS))
+    return screened([ShieldShot(**dict(pair for each in row.items() for pair in cell(*each).items())) for row in rows])
 
 
 @cache
@@ -162,19 +172,6 @@ def published() -> Screening:
     all_shots = collected()
     kept = tuple(shot for shot in all_shots.shots if shot.source != IN_DOUBT)
     return Screening(kept, {**all_shots.left_out, CONTRADICTED: len(all_shots.shots) - len(kept)})
-
-
-@cache
-def on_honeycomb() -> Screening:
-    """Shots on aluminium sandwich panels, screened; the honeycomb, as thick as their stand-off, is left out."""
-    return _shipped("honeycomb.csv")
-
-
-def _shipped(name: str) -> Screening:
-    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
-    cell = cache(partial(_cell, where=PATH))  # most numbers repeat: 0.05 s for 0.2 s (2026-11)
-    rows = (row for _, row in rows_of(text, PATH, texts=WORDS))
-    return screened([ShieldShot(**dict(pair for each in row.items() for pair in cell(*each).items())) for row in rows])
 
 
 @cache
@@ -347,7 +344,7 @@ def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], di
     return within, equal
 
 
-def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearShot, ...]:
+def nearest(shot: ShotAtShield, shots: Sequence[ShieldShot], count: int) -> tuple[NearShot, ...]:
     """The shots on the same metals that are nearest to a shot on a shield, by their distance.
 
     The distance is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S, v, the densities and the yield
@@ -360,12 +357,12 @@ def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearSh
     return tuple(sorted(near, key=lambda each: each.distance)[:count])
 
 
-def distances(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
+def distances(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
     return [_distance(_place(shot), _place_of(each)) for each in shots]
 
 
-def distances_of_shields(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
+def distances_of_shields(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
     mine = replace(_place(shot), impact=())
     return [_distance(mine, replace(_place_of(each), impact=())) for each in shots]
@@ -381,8 +378,7 @@ class _Place:
     obliquity: float
 
 
-def _place(shot: Shot) -> _Place:
-    assert shot.shield is not None
+def _place(shot: ShotAtShield) -> _Place:
     shield, metals = shot.shield, (shot.projectile.density, shot.target.density)
     sizes = (shield.bumper_thickness, shield.wall_thickness, shield.stand_off, shield.wall_yield_stress)
     return _Place(

@@ -4,9 +4,8 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield
 from studies.laws._handbook import RYAN
-from studies.laws._shields import (
+from studies.shields.laws._shields import (
     FAST,
     STEEPEST,
     HandbookShield,
@@ -16,7 +15,8 @@ from studies.laws._shields import (
     range_of,
     shield_law,
 )
-from studies.laws.whipple_nno import slow_diameter
+from studies.shields.laws.whipple_nno import slow_diameter
+from studies.shields.shield import Shield
 
 # Onset of fragmentation, Piekutowski: 1.436 (t_b/d)^(-1/3) km/s, and 2.60 km/s from t_b/d = 0.16 on.
 SHATTER, THICK_SHATTER, THICK = 1.436, 2.60, 0.16

@@ -7,14 +7,14 @@ from typing import Literal
 
 from solver.units import Metre
 from studies import laws
-from studies.laws import Shot
-from studies.observations.shields.inverse import SafeSize, safe_sizes
-from studies.observations.shields.judged import Judged, equations, judge
-from studies.observations.shields.outside import outside_of_shots
-from studies.observations.shields.probability import Probability, probability
-from studies.observations.shields.shots import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
+from studies.answers.targets import Addition
 from studies.quantities.display import percent
-from studies.quantities.findings import refusal
+from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
+from studies.shields.shots.chance import Probability, probability
+from studies.shields.shots.inverse import SafeSize, safe_sizes
+from studies.shields.shots.judged import Judged, equations, judge
+from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 
 # What the field calls the equations, in a sentence.
 SHORT: Mapping[str, str] = {
@@ -53,7 +53,7 @@ class Ordered:
 
 
 @dataclass(frozen=True)
-class ShieldAnswer:
+class ShieldAnswer(Addition):
     """The probability that a wall is perforated, what each equation says, and the shots near it."""
 
     probability: Probability | None  # None outside of all shots, and where no equation covers the shot
@@ -90,13 +90,8 @@ def shown(probability: Probability) -> str:
     return f"{percent(probability.value)} % ({low} to {high})"
 
 
-def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
-    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it.
-
-    Raises InvalidInput where the target is no shield.
-    """
-    if shot.shield is None:
-        raise refusal("shield", "none", "a bumper before a wall", "give bumper, wall, stand-off and yield stress")
+def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
+    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it."""
     shots = (*published().shots, *own)
     ordered = nearest(shot, shots, len(shots))
     near = [each.shot for each in ordered if each.distance <= NEAR]
@@ -120,9 +115,8 @@ def _ordered(shots: Sequence[NearShot], contrary: Sequence[NearShot]) -> Ordered
     return Ordered(len(shots), len(contrary), tuple(contrary[:LISTED]))
 
 
-def _ease(shot: Shot | ShieldShot) -> tuple[float, ...]:
+def _ease(shot: ShotAtShield | ShieldShot) -> tuple[float, ...]:
     """Sizes of a shot that make it easier to hold the larger they are: 1/d, 1/v, 1/cos of the obliquity, its walls."""
-    assert shot.shield is not None
     shield = shot.shield
     walls = (shield.bumper_thickness, shield.stand_off, shield.wall_thickness, shield.wall_yield_stress)
     return 1.0 / shot.projectile_diameter, 1.0 / shot.speed, 1.0 / math.cos(shot.obliquity), *walls
@@ -133,9 +127,9 @@ def _is_no_harder(one: Sequence[float], other: Sequence[float]) -> bool:
     return all(its >= EQUAL * own for its, own in zip(one, other, strict=True))
 
 
-def _words(shot: Shot) -> Iterator[Word]:
+def _words(shot: ShotAtShield) -> Iterator[Word]:
     """What each equation says; one that is about another kind of shield is left out."""
-    for law in laws.answering("critical_diameter"):
+    for law in laws.answering(CRITICAL_DIAMETER):
         if law.meaningless(shot, ""):
             continue
         value = law.evaluate(shot)

@@ -42,11 +42,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shot
-from studies.observations.shields.judged import DEVIATE, equations, margin, margins
-from studies.observations.shields.outside import outside_of_shots
-from studies.observations.shields.shots import ShieldShot, laboratory, published
+from studies.laws import Law
+from studies.outcomes.found import DEVIATE
 from studies.quantities.roots import root_between
+from studies.shields.shield import ShotAtShield
+from studies.shields.shots.judged import equations, margin, margins
+from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.table import ShieldShot, laboratory, published
 
 STORED = Path(__file__).with_name("fitted.json")
 Knots = tuple[float, ...]  # m/s, ascending: normal speeds at which intercept and slope have values of their own
@@ -98,18 +100,18 @@ class Curve:
         variance = np.einsum("ni,ij,nj->n", of, np.array(self.covariance), of) + self.between**2
         return of @ np.array(self.constants), np.sqrt(variance)
 
-    def chance(self, shot: Shot, margin: float) -> float:
+    def chance(self, shot: ShotAtShield, margin: float) -> float:
         """The probability alone."""
         intercept, slope = (np.interp(shot.normal_speed, KNOTS, self.constants[first:-1:2]) for first in (0, 1))
         return float(expit(intercept + slope * margin + self.constants[-1] * shot.obliquity))
 
-    def probability(self, shot: Shot, margin: float) -> Probability:
+    def probability(self, shot: ShotAtShield, margin: float) -> Probability:
         """That the wall of a shot with a margin is perforated."""
         logit, deviation = (float(each[0]) for each in self.logits(terms([margin], [shot])))
         return Probability(*(float(expit(logit + k * deviation)) for k in (0.0, -DEVIATE, DEVIATE)))
 
 
-def terms(margins: Sequence[float], shots: Sequence[Shot | ShieldShot], knots: Knots = KNOTS) -> NDArray:
+def terms(margins: Sequence[float], shots: Sequence[ShotAtShield | ShieldShot], knots: Knots = KNOTS) -> NDArray:
     """What the constants multiply, a row a shot: at each knot its share and that times the margin, and the angle."""
     speeds = [shot.normal_speed for shot in shots]
     shares = [np.interp(speeds, knots, knot) for knot in np.eye(len(knots))]
@@ -185,12 +187,12 @@ def curves() -> Mapping[str, Curve]:
     return {name: Curve(**{**curve, "constants": tuple(curve["constants"])}) for name, curve in stored.items()}
 
 
-def probability(shot: Shot) -> Probability | None:
+def probability(shot: ShotAtShield) -> Probability | None:
     """That the wall of a shield is perforated; None outside of all shots, and where no equation covers the shot."""
     return None if any(outside_of_shots(shot)) else mean_of_curves(shot)
 
 
-def mean_of_curves(shot: Shot) -> Probability | None:
+def mean_of_curves(shot: ShotAtShield) -> Probability | None:
     """The mean of the curves of the equations that cover a shot, outside of all shots too; None without an equation."""
     each = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
     if not each:
@@ -198,7 +200,7 @@ def mean_of_curves(shot: Shot) -> Probability | None:
     return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
 
 
-def chance_of(shot: Shot) -> Callable[[Shot], float] | None:
+def chance_of(shot: ShotAtShield) -> Callable[[ShotAtShield], float] | None:
     """The probability of shots that differ in sizes from one; None where no equation covers it.
 
     No equation has a range in the sizes of sphere, bumper, wall and stand-off, so that those that cover the shot cover
@@ -210,7 +212,7 @@ def chance_of(shot: Shot) -> Callable[[Shot], float] | None:
     return lambda other: sum(curve.chance(other, margin(law, other)) for curve, law in covering) / len(covering)
 
 
-def chance_of_diameter(shot: Shot) -> Callable[[float], float] | None:
+def chance_of_diameter(shot: ShotAtShield) -> Callable[[float], float] | None:
     """The probability as a function of the projectile's diameter, m, all else as in the shot; it rises.
 
     A margin is ln d less that of a critical diameter, which does not depend on d. None where no equation covers a shot.
@@ -226,7 +228,7 @@ def chance_of_diameter(shot: Shot) -> Callable[[float], float] | None:
     return chance
 
 
-def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
+def diameters_at(shot: ShotAtShield, chances: Sequence[float]) -> list[float]:
     """The projectile's diameter, m, that fails with each of the chances, all else as in the shot.
 
     NaN outside of all shots, and where no equation covers the shot.
@@ -244,7 +246,7 @@ def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
     return [math.nan if any(outside_of_shots(replace(shot, projectile_diameter=each))) else each for each in sizes]
 
 
-def _covering(shot: Shot) -> list[tuple[Law, float]]:
+def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:
     """The equations that cover a shot, with its margins."""
     pairs = ((law, margin(law, shot)) for law in equations())
     return [(law, x) for law, x in pairs if not math.isnan(x)]

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.observations.shields.judged import equations, margins
-from studies.observations.shields.probability import FORMS, KNOTS, Knots, expit, fit, terms
-from studies.observations.shields.shots import ShieldShot, laboratory
+from studies.shields.shots.chance import FORMS, KNOTS, Knots, expit, fit, terms
+from studies.shields.shots.judged import equations, margins
+from studies.shields.shots.table import ShieldShot, laboratory
 
 MEAN = "mean"  # of the equations, in place of the name of one
 BINS = 10

@@ -12,11 +12,12 @@ from functools import cache, partial
 
 from solver.units import Metre
 from studies import laws
-from studies.laws import Law, Shot
-from studies.observations.shields.judged import margin
-from studies.observations.shields.outside import bounds_of_shots, outside_of_shots
-from studies.observations.shields.probability import chance_of, chance_of_diameter
+from studies.laws import Law
 from studies.quantities.roots import root_between
+from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield, reshielded
+from studies.shields.shots.chance import chance_of, chance_of_diameter
+from studies.shields.shots.judged import margin
+from studies.shields.shots.outside import bounds_of_shots, outside_of_shots
 
 RISKS = (0.1, 0.5)
 WITHIN = 1e-5  # relative, of a size: the risk changes by less than 0.01 % of it
@@ -52,23 +53,22 @@ class SafeSize:
     reason: NoSize | None = None
 
 
-def safe_sizes(shot: Shot) -> tuple[SafeSize, ...]:
+def safe_sizes(shot: ShotAtShield) -> tuple[SafeSize, ...]:
     """Every size by every risk, then by every equation."""
-    asked = (law for law in laws.answering("critical_diameter") if not law.meaningless(shot, ""))
-    return (*_by_risk(shot), *(each for law in asked for each in _by_equation(law, shot)))
+    asked = (law for law in laws.answering(CRITICAL_DIAMETER) if not law.meaningless(shot, ""))
+    return (*_by_risk(shot), *(size for law in asked for size in _by_equation(law, shot)))
 
 
-def resized(shot: Shot, size: Size, value: Metre) -> Shot:
+def resized(shot: ShotAtShield, size: Size, value: Metre) -> ShotAtShield:
     """The shot with another sphere, wall or stand-off."""
-    assert shot.shield is not None
     if size is Size.SPHERE:
         return replace(shot, projectile_diameter=value)
     if size is Size.WALL:
-        return replace(shot, shield=replace(shot.shield, wall_thickness=value))
-    return replace(shot, shield=replace(shot.shield, stand_off=value))
+        return reshielded(shot, wall_thickness=value)
+    return reshielded(shot, stand_off=value)
 
 
-def _by_risk(shot: Shot) -> Iterator[SafeSize]:
+def _by_risk(shot: ShotAtShield) -> Iterator[SafeSize]:
     for size in Size:
         low, high = bounds_of_shots(shot)[size]
         inside = low < high and not any(outside_of_shots(resized(shot, size, math.sqrt(low * high))))
@@ -80,7 +80,7 @@ def _by_risk(shot: Shot) -> Iterator[SafeSize]:
             yield _record(size, risk, None, found)
 
 
-def _chance(shot: Shot, size: Size) -> Callable[[float], float] | None:
+def _chance(shot: ShotAtShield, size: Size) -> Callable[[float], float] | None:
     """The probability to fail as a function of a size; None where no equation covers the shot."""
     if size is Size.SPHERE:
         return chance_of_diameter(shot)
@@ -92,7 +92,7 @@ def _excess(chance: Callable[[float], float], risk: float, value: float) -> floa
     return chance(value) - risk
 
 
-def _by_equation(law: Law, shot: Shot) -> Iterator[SafeSize]:
+def _by_equation(law: Law, shot: ShotAtShield) -> Iterator[SafeSize]:
     covers = not math.isnan(margin(law, shot))
     for size in Size:
         if not covers:
@@ -104,7 +104,7 @@ def _by_equation(law: Law, shot: Shot) -> Iterator[SafeSize]:
         yield _record(size, None, law.name, found)
 
 
-def _margin(law: Law, shot: Shot, size: Size, value: float) -> float:
+def _margin(law: Law, shot: ShotAtShield, size: Size, value: float) -> float:
     return margin(law, resized(shot, size, value))
 
 

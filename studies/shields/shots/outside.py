@@ -5,18 +5,17 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 
 from solver.units import Metre
-from studies.laws import Shot
-from studies.observations.shields.shots import published
+from studies.shields.shield import ALUMINIUM, ShotAtShield
+from studies.shields.shots.table import published
 
 
-def outside_of_shots(shot: Shot) -> Iterator[str]:
+def outside_of_shots(shot: ShotAtShield) -> Iterator[str]:
     """Why a shot on a shield is like none of the published ones."""
-    assert shot.shield is not None
     if shot.shield.further_bumpers:
         yield "all shots have two walls"
     metals = {"projectile": shot.projectile.family, "bumper": shot.target.family, **shot.shield.of_other_metal}
     for role, family in metals.items():
-        if family != "aluminium":
+        if family != ALUMINIUM:
             yield f"the {role} is {family}, all shots are of aluminium"
     if shot.length_ratio != 1.0:
         yield f"L/d = {shot.length_ratio:.3g}, all shots are of spheres"
@@ -27,9 +26,8 @@ def outside_of_shots(shot: Shot) -> Iterator[str]:
             yield f"{name} = {value:.3g}{unit}, shots {ends} at {bound:.3g}{unit}"
 
 
-def bounds_of_shots(shot: Shot) -> Mapping[str, tuple[Metre, Metre]]:
+def bounds_of_shots(shot: ShotAtShield) -> Mapping[str, tuple[Metre, Metre]]:
     """The smallest and the largest sphere, wall and stand-off for which there are shots, all else as in the shot."""
-    assert shot.shield is not None
     limits = _limits()
     (thin, thick), (near, far) = limits["d/t_b"], limits["S/d"]
     bumper, space, diameter = shot.shield.bumper_thickness, shot.shield.stand_off, shot.projectile_diameter
@@ -40,9 +38,8 @@ def bounds_of_shots(shot: Shot) -> Mapping[str, tuple[Metre, Metre]]:
     }
 
 
-def _ratios(shot: Shot) -> dict[tuple[str, str], float]:
+def _ratios(shot: ShotAtShield) -> dict[tuple[str, str], float]:
     """What a shot is compared by with the range of the published ones, by name and unit."""
-    assert shot.shield is not None
     return {
         ("d/t_b", ""): shot.projectile_diameter / shot.shield.bumper_thickness,
         ("S/d", ""): shot.shield.stand_off / shot.projectile_diameter,
@@ -55,6 +52,6 @@ def _ratios(shot: Shot) -> dict[tuple[str, str], float]:
 @cache
 def _limits() -> Mapping[str, tuple[float, float]]:
     """The smallest and the largest of each ratio among the published shots."""
-    ratios = [_ratios(each.as_shot()) for each in published().shots]
-    columns = {name: [each[name, unit] for each in ratios] for name, unit in ratios[0]}
+    ratios = [_ratios(shot.as_shot()) for shot in published().shots]
+    columns = {name: [of_shot[name, unit] for of_shot in ratios] for name, unit in ratios[0]}
     return {name: (min(column), max(column)) for name, column in columns.items()}

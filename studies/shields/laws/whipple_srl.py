@@ -4,12 +4,13 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Code, Reason, Shield, Shot
+from studies.laws import Reason, Shot
 from studies.laws._range import stated
-from studies.laws._shields import (
+from studies.shields.laws._shields import (
     FAST,
     SIZE,
     HandbookShield,
+    ShieldCode,
     by_three_ranges,
     in_handbook_units,
     in_metres,
@@ -17,7 +18,8 @@ from studies.laws._shields import (
     shield_law,
     without_yield_stress,
 )
-from studies.laws.whipple_nno import SLOW
+from studies.shields.laws.whipple_nno import SLOW
+from studies.shields.shield import Shield, shield_of
 
 SOURCE = "Schaefer, Ryan, Lambert and Putzar (2008), Int. J. Impact Eng. 35, 1784"
 PROGRAM = (
@@ -37,7 +39,7 @@ def critical_diameter(
     Two walls, 0.12 cm, 10 cm before 0.32 cm (40 ksi); then three, 0.13 cm, 3.8 cm before 0.2 cm, 3.8 cm before 0.32 cm
     (57 ksi); 2.713 g/cm3, hit by 2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
-    >>> from studies.laws import FurtherBumper
+    >>> from studies.shields.shield import FurtherBumper
     >>> two = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> three = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57 / 0.145038 * 1e6, further_bumpers=(FurtherBumper(0.2e-2, 3.8e-2),))
     >>> speeds = [1e3, 3e3, 5e3, 7e3, 10e3, 14e3]
@@ -81,9 +83,10 @@ def _fast_diameter(shield: HandbookShield, speed: float, cosine: float, delta: f
 
 def _without_second_bumper(shot: Shot, variant: str = "") -> Reason | None:
     """Why a shot has no critical diameter of three walls; None where it meets a shield of three."""
-    if not shot.shield or len(shot.shield.further_bumpers) != 1:
-        return Reason(Code.THREE_WALLS)
-    return without_yield_stress(shot.shield)
+    shield = shield_of(shot)
+    if shield is None or len(shield.further_bumpers) != 1:
+        return Reason(ShieldCode.THREE_WALLS)
+    return without_yield_stress(shield)
 
 
 VALIDATED = stated(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from studies import laws
 from studies.laws import Law, Shot
-from studies.observations.shields.shots import ShieldShot
-
-DEVIATE = 1.96  # standard normal deviate of an interval of 95 %
+from studies.outcomes.found import Share
+from studies.shields.shield import CRITICAL_DIAMETER
+from studies.shields.shots.table import ShieldShot
 
 # Ranges of the normal speed, m/s: whole projectiles, fragments, molten debris.
 RANGES: tuple[tuple[str, float, float], ...] = (
@@ -23,33 +23,6 @@ RANGES: tuple[tuple[str, float, float], ...] = (
     ("from 7 km/s", 7e3, math.inf),
 )
 ALL = "all"
-
-
-@dataclass(frozen=True)
-class Share:
-    """A share of shots, with Wilson's interval at 95 %; NaN of none."""
-
-    count: int
-    of: int
-
-    @property
-    def value(self) -> float:
-        """The share itself."""
-        return self.count / self.of if self.of else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson (1927), J. Am. Stat. Assoc. 22, 209.
-
-        >>> [round(bound, 3) for bound in Share(8, 10).interval]
-        [0.49, 0.943]
-        """
-        if not self.of:
-            return math.nan, math.nan
-        square = DEVIATE**2 / self.of
-        middle = (self.value + square / 2.0) / (1.0 + square)
-        half = math.sqrt(square * self.value * (1.0 - self.value) + square**2 / 4.0) / (1.0 + square)
-        return max(0.0, middle - half), min(1.0, middle + half)
 
 
 @dataclass(frozen=True)
@@ -66,7 +39,7 @@ class Judged:
 
 def equations() -> list[Law]:
     """The equations for two walls, which the shots can judge."""
-    return [law for law in laws.answering("critical_diameter") if not law.name.endswith("three_walls")]
+    return [law for law in laws.answering(CRITICAL_DIAMETER) if not law.name.endswith("three_walls")]
 
 
 def margin(law: Law, shot: Shot) -> float:

@@ -10,7 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from studies.observations.shields.judged import RANGES, Share, range_of
+from studies.outcomes.found import Share
+from studies.shields.shots.judged import RANGES, range_of
 
 FAST = RANGES[1][1]  # m/s: slower shots are counted apart
 STORED = Path(__file__).with_name("joined.json")

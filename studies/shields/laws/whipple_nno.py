@@ -4,9 +4,8 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield
 from studies.laws._handbook import HANDBOOK
-from studies.laws._shields import (
+from studies.shields.laws._shields import (
     FAST,
     SIZE,
     STEEPEST,
@@ -17,6 +16,7 @@ from studies.laws._shields import (
     range_of,
     shield_law,
 )
+from studies.shields.shield import Shield
 
 SLOW = 3.0  # km/s of the normal speed, up to which the projectile stays whole
 

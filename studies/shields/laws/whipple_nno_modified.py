@@ -14,8 +14,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield
-from studies.laws._shields import (
+from studies.shields.laws._shields import (
     FAST,
     STEEPEST,
     HandbookShield,
@@ -25,7 +24,8 @@ from studies.laws._shields import (
     range_of,
     shield_law,
 )
-from studies.laws.whipple_nno import SLOW
+from studies.shields.laws.whipple_nno import SLOW
+from studies.shields.shield import Shield
 
 SOURCE = "Christiansen and Kerr (2001), Int. J. Impact Eng. 26, 93"
 THICK = 0.126  # t_b / (t_w^(2/3) S^(1/2)), cm^(-1/6), from which a thicker bumper changes nothing
