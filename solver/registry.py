@@ -32,10 +32,10 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
     none; a folder inside may offer none.
     """
     members: dict[str, Any] = {}
-    folder = importlib.import_module(package)
-    _add(members, getattr(folder, kind, ()), package)
-    if hasattr(folder, "__path__"):
-        _add_folder(members, folder, kind)
+    own = importlib.import_module(package)
+    _add(members, getattr(own, kind, ()), package)
+    if hasattr(own, "__path__"):
+        _add_folder(members, own, kind)
     for point in points(package):
         offered = _loaded(point)
         if isinstance(offered, ModuleType):
@@ -43,6 +43,12 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
         else:
             _add(members, offered, point.value)
     return MappingProxyType(dict(sorted(members.items())))
+
+
+def folders(package: str) -> list[ModuleType]:
+    """A package, and the folders that entry points add to it."""
+    added = (_loaded(point) for point in points(package))
+    return [importlib.import_module(package), *(folder for folder in added if isinstance(folder, ModuleType))]
 
 
 def points(package: str) -> EntryPoints:

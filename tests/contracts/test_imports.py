@@ -24,9 +24,9 @@ def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_dat
 
 def test_import__of_an_answer_about_a_shield_loads_neither_scipy_nor_datasets() -> None:
     code = (
-        "from studies.answers import EXAMPLE, answer, picture, question",
+        "from studies.answers import answer, examples, picture, question",
         "from studies.sweeps.document import read_yaml",
-        "asked = question.read_question(read_yaml(EXAMPLE.read_text(), 'shield'))",
+        "asked = question.read_question(read_yaml(examples()[0].read_text(), 'shield'))",
         "list(answer.answers(asked)), picture.picture(asked.shot(asked.fixed), 'shield')",
     )
     assert not _loaded_by(*code, suspects=HEAVY)

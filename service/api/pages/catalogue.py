@@ -19,6 +19,7 @@ from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
 from studies.observations.table import rows_of
+from studies.observations.tables import further_tables
 from studies.quantities.display import display_alone, printed_in, with_unit
 from studies.quantities.parameters import declared
 from studies.shields.shots import table as shield_shots
@@ -161,8 +162,10 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(name, _remark(name), len(rows_of(observations.text(name), name))) for name in observations.names()]
-    return page(request, "shots.html", caller, tables=tables, shields=len(shield_shots.published().shots))
+    tables = [(each.name, each.address, each.remark, each.count()) for each in further_tables()]
+    for name in observations.names():
+        tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
+    return page(request, "shots.html", caller, tables=tables)
 
 
 def _remark(table: str) -> str:

@@ -15,6 +15,7 @@ from studies.cases.rows import Row, at_least, equal
 from studies.laws import load
 from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
+from studies.quantities.texts import decoded
 from studies.shields.shots.judged import ALL, RANGES, equations, judge, judge_by_range, margins
 from studies.shields.shots.table import (
     CONTRADICTED,
@@ -30,12 +31,12 @@ from studies.shields.shots.table import (
     filtered,
     laboratory,
     nearest,
-    on_honeycomb,
     published,
     read_shots,
     screened,
     sources,
 )
+from tests.studies.observations.test_tables import table
 
 TEXT = files("studies.shields.shots").joinpath("shots.csv").read_text(encoding="utf-8")
 SHOTS = published().shots
@@ -66,17 +67,13 @@ def refused(raw: object) -> str:
 @pytest.mark.claim("door", "shield-shots")
 def test_published__are_the_shots_of_the_collection_less_those_published_twice(compared: Callable[..., None]) -> None:
     """847 shots on shields ship with their sources; 5 that a second report repeats, and 38 in doubt, are not used."""
-    shots, panels = read_shots(TEXT), on_honeycomb()
+    shots = read_shots(TEXT)
     compared(
         equal("rows that ship", expected=847, got=len(shots)),
         equal("perforated, held", expected=(391, 456), got=tuple(_count(shots, each) for each in OUTCOMES)),
         equal("left out", expected={"published twice": 5, CONTRADICTED: 38}, got=dict(published().left_out)),
         equal("used", expected=804, got=len(SHOTS)),
-        equal(
-            "on honeycomb: perforated, held", expected=(82, 23), got=tuple(_count(panels.shots, o) for o in OUTCOMES)
-        ),
-        equal("on honeycomb: left out", expected={}, got=dict(panels.left_out)),
-        equal("sources with shots", expected=set(sources()), got={each.source for each in (*shots, *panels.shots)}),
+        equal("sources with shots", expected=set(sources()), got={shot.source for shot in shots}),
         equal("alloys without a density", expected=set(), got={name for name in _alloys() if not _known(name)}),
     )
 
@@ -371,3 +368,30 @@ def test_share__of_no_shot_is_unknown() -> None:
     assert math.isnan(Share(0, 0).value)
     assert all(map(math.isnan, Share(0, 0).interval))
     assert Share(0, 10).interval == pytest.approx((0.0, 0.278), abs=1e-3)
+
+
+def _shields(convert: Callable[[str], str], heading: str = "outcome") -> bytes:
+    shot = published().shots[0]
+    names = ["projectile_density", "bumper_density", "wall_density", "wall_yield_stress"]
+    sizes = ["projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness", "speed"]
+    units = ["g/ccm", "g/ccm", "g/ccm", "MPa", "mm", "mm", "mm", "mm", "km/s"]
+    scales = [1e-3, 1e-3, 1e-3, 1e-6, 1e3, 1e3, 1e3, 1e3, 1e-3]
+    numbers = [f"{getattr(shot, name) * scale:.6g}" for name, scale in zip([*names, *sizes], scales, strict=True)]
+    headings = [f"{name} ({unit})" for name, unit in zip([*names, *sizes], units, strict=True)]
+    rows = [[*numbers, convert(outcome), "x"] for outcome in ("perforated", "held")]
+    return table(";", comma=False, headings=[*headings, heading, "source"], rows=rows)
+
+
+@pytest.mark.parametrize(
+    ("heading", "words"),
+    [("outcome", ("P", "NP")), ("perforated", ("yes", "no")), ("perforated", ("P", "NP")), ("Perforated", ("Y", "N"))],
+)
+def test_perforated__is_said_in_the_words_of_people(heading: str, words: tuple[str, str]) -> None:
+    said = dict(zip(("perforated", "held"), words, strict=True))
+    shots = read_shots(decoded(_shields(said.__getitem__, heading), "--own"))
+    assert [shot.outcome for shot in shots] == ["perforated", "held"]
+
+
+def test_perforated__p_alone_may_mean_passed() -> None:
+    with pytest.raises(InvalidInput, match="P may stand for passed"):
+        read_shots(decoded(_shields(lambda _: "P"), "--own"))
