@@ -92,7 +92,8 @@ def test_question__that_cannot_be_asked_is_refused_by_field(change: dict[str, An
 def test_question__is_that_of_a_sweep_whose_axes_are_its_values() -> None:
     searched: dict[str, Any] = {"scenario": "thin_plate", "fixed": PLATE, "axes": {"speed": ["3 km/s", "5 km/s"]}}
     assert [shot.speed for shot in shots_of(searched)] == [3e3, 5e3]
-    for key, value in {"combine": "zip", "fixed": [], "scenario": None}.items():
+    refused: dict[str, Any] = {"combine": "zip", "fixed": [], "scenario": None}
+    for key, value in refused.items():
         with pytest.raises(InvalidInput):
             read_question({**searched, key: value})
 

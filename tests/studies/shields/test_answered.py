@@ -9,7 +9,7 @@ import pytest
 from studies.answers.answer import answers, document
 from studies.answers.cube import cube_of
 from studies.answers.page import page
-from studies.answers.picture import picture
+from studies.answers.picture import SPEEDS, picture
 from studies.answers.question import read_question
 from studies.quantities.findings import InvalidInput
 from studies.quantities.units import readable
@@ -121,7 +121,9 @@ def test_picture__of_a_shield_has_equations_shots_and_probabilities(tmp_path: Pa
     series = {each.label: each for each in figure.panels[0].series}
     assert {THIS, FAILED, HELD, CHANCES, EVEN_CHANCE, "Christiansen, Whipple shield"} <= set(series)
     drawn = dict(zip(series[EVEN_CHANCE].x, series[EVEN_CHANCE].y, strict=True))
-    assert {speed for speed, diameter in drawn.items() if diameter is not None} == {v for v in drawn if v < 9.89e3}
+    assert {speed for speed, diameter in drawn.items() if diameter is not None} == {
+        speed for speed in SPEEDS if speed < 9.89e3
+    }
     for speed, diameter in [(speed, diameter) for speed, diameter in drawn.items() if diameter is not None][::11]:
         at = read_question({**EXAMPLE, "speed": f"{speed} m/s", "projectile_diameter": f"{diameter} m"})
         shot = at.shot(at.fixed)

@@ -16,6 +16,7 @@ from studies.laws import load
 from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
 from studies.quantities.texts import decoded
+from studies.shields.shield import reshielded
 from studies.shields.shots.judged import ALL, RANGES, equations, judge, judge_by_range, margins
 from studies.shields.shots.table import (
     CONTRADICTED,
@@ -224,8 +225,7 @@ def test_shot__of_another_metal_is_not_near(role: str) -> None:
 
 def test_wall__of_unknown_strength_is_near_to_none() -> None:
     shot = ONE.as_shot()
-    assert shot.shield is not None
-    unknown = replace(shot, shield=replace(shot.shield, wall_yield_stress=math.nan))
+    unknown = reshielded(shot, wall_yield_stress=math.nan)
     assert set(distances(unknown, SHOTS)) == {math.inf}
 
 
