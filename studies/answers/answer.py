@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from typing import Any
 
 from studies import laws
 from studies.answers.question import Question
@@ -12,6 +11,7 @@ from studies.answers.targets import Addition, targets
 from studies.laws import Law, RangeStatus, Shot, unmeasured
 from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
 from studies.quantities.display import NONE, digits, display_of
+from studies.quantities.parameters import Plain, Value
 from studies.quantities.units import readable
 from studies.sweeps.reading import published_shots
 
@@ -40,10 +40,10 @@ class LawAnswer:
         """Its value in the display unit of an SI unit, or its bounds where it has variants; a dash of none."""
         return printed_bounds(self.low, self.high, unit)
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values, SI."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}
-        range_of = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
+        range_of: dict[str, Plain] = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
         return {"law": self.law.name, **_without_nan(numbers), **range_of}
 
 
@@ -71,7 +71,7 @@ class QuantityAnswer:
         values = [bound for each in self.trusted for bound in (each.low, each.high) if not math.isnan(bound)]
         return (min(values), max(values)) if values else None
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values."""
         spread = self.spread
         return {
@@ -106,7 +106,7 @@ class NearObservation:
             return written_bounds(self.shot.bounds, "m")
         return readable(self.shot.value or 0.0, "m")
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values, SI."""
         each = self.shot
         return {
@@ -126,15 +126,15 @@ class NearObservation:
 class ShotAnswer:
     """What laws and shots say of one shot."""
 
-    parameters: Mapping[str, Any]  # of the shot, SI
+    parameters: Mapping[str, Value]  # of the shot, SI
     target: str  # a name of ``targets``
     quantities: tuple[QuantityAnswer, ...]
     shots: tuple[NearObservation, ...]  # of the tables of its target
     addition: Addition | None  # what its target says besides
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values, SI, for a program; the addition of a target stands under its name."""
-        additions: dict[str, Any] = {name: None for name, target in targets().items() if target.adds}
+        additions: dict[str, Plain] = {name: None for name, target in targets().items() if target.adds}
         if self.addition:
             additions[self.target] = {**_without_nan(asdict(self.addition)), "sentence": self.addition.sentence}
         return {
@@ -150,7 +150,7 @@ class ShotAnswer:
         return self.addition.sentence if self.addition else self.quantities[0].sentence()
 
 
-def document(question: Question) -> dict[str, Any]:
+def document(question: Question) -> dict[str, Plain]:
     """The answers to a question as plain values, SI, with what the catalogue says of each law once."""
     items = list(answers(question))
     asked = {each.law.name: each.law for quantity in items[0].quantities for each in quantity.laws}
@@ -168,7 +168,7 @@ def answers(question: Question) -> Iterator[ShotAnswer]:
         yield answer(question.shot(point), question.target, point)
 
 
-def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> ShotAnswer:
+def answer(shot: Shot, target: str, parameters: Mapping[str, Value]) -> ShotAnswer:
     """The answer to one shot."""
     near, addition = tuple(nearest(shot, target)), targets()[target].addition(shot)
     return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), near, addition)
@@ -234,7 +234,7 @@ def _published(target: str) -> Sequence[Observation]:
     return published_shots(*table) if table else ()
 
 
-def _family(material: Any) -> str:
+def _family(material: Value) -> str:
     """The metal of a published shot, which may name no alloy."""
     from studies import materials
 
@@ -254,10 +254,14 @@ def printed_bounds(low: float, high: float, unit: str) -> str:
     return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
-def _without_nan(value: Any) -> Any:
-    """Plain objects as JSON has them: None in place of NaN."""
+def _without_nan(values: Mapping[str, Plain]) -> dict[str, Plain]:
+    """Plain values as JSON has them: None in place of NaN."""
+    return {name: _plain(value) for name, value in values.items()}
+
+
+def _plain(value: Plain) -> Plain:
     if isinstance(value, Mapping):
-        return {name: _without_nan(each) for name, each in value.items()}
+        return _without_nan(value)
     if isinstance(value, list | tuple):
-        return [_without_nan(each) for each in value]
+        return [_plain(part) for part in value]
     return None if isinstance(value, float) and math.isnan(value) else value

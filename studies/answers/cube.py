@@ -1,15 +1,15 @@
 """The answers to a question as a dataset: every law of a quantity over the axes of the question."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.answers.answer import ShotAnswer, answers
+from studies.answers.answer import answers
 from studies.answers.question import Question
-from studies.answers.targets import targets
+from studies.answers.targets import Variable, targets
+from studies.quantities.parameters import Value
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,43 +27,33 @@ def cube_of(question: Question) -> "xr.Dataset":
     import xarray as xr
 
     every = list(answers(question))
-    names = [axis.name for axis in question.axes]
-    coordinates: dict[str, Any] = {
+    names = tuple(axis.name for axis in question.axes)
+    coordinates: dict[str, Variable | Value] = {
         axis.name: (axis.name, list(axis.values), {"units": axis.unit or "1"} if axis.unit else {})
         for axis in question.axes
     }
     coordinates |= {name: value for name, value in question.fixed.items() if value is not None}
-    variables: dict[str, Any] = {}
+    variables: dict[str, Variable] = {}
     for place, quantity in enumerate(every[0].quantities):
-        laws = sorted({each.law.name: each.law for each in quantity.laws}.values(), key=lambda law: law.name)
-        law = f"law_of_{quantity.quantity}"
-        dims = (law, *names)
-        coordinates[law] = (law, [each.name for each in laws])
-        coordinates[f"title_of_{law}"] = (law, [each.title for each in laws])
-        coordinates[f"source_of_{law}"] = (law, [each.source for each in laws])
-        by_law = [_by_law(every, place, each.name) for each in laws]
-        shape = (len(laws), *question.shape)
-
-        def over(attribute: str, dtype: Any, rows: Sequence[Any] = by_law, shape: tuple[int, ...] = shape) -> Any:
-            return np.array([getattr(each, attribute) for row in rows for each in row], dtype).reshape(shape)
-
+        laws = sorted((answer.law for answer in quantity.laws), key=lambda law: law.name)
+        dim = f"law_of_{quantity.quantity}"
+        coordinates[dim] = (dim, [law.name for law in laws], {})
+        coordinates[f"title_of_{dim}"] = (dim, [law.title for law in laws], {})
+        coordinates[f"source_of_{dim}"] = (dim, [law.source for law in laws], {})
+        by_name = [{each.law.name: each for each in answer.quantities[place].laws} for answer in every]
+        rows = [by_law[law.name] for law in laws for by_law in by_name]  # the last axis fastest
+        shape, dims = (len(laws), *question.shape), (dim, *names)
         about = {"units": quantity.unit, "long_name": quantity.title}
+        numbers = np.array([(row.value, row.low, row.high) for row in rows]).T.reshape(3, *shape)
         name = quantity.quantity
-        variables |= {
-            name: (dims, over("value", float), about),
-            f"{name}_low": (dims, over("low", float), about),
-            f"{name}_high": (dims, over("high", float), about),
-            f"{name}_in_range": (dims, over("in_range", np.int8), {"flag_values": [0, 1], "units": "1"}),
-            f"{name}_outside": (dims, over("outside", object)),
-        }
+        variables |= {f"{name}{end}": (dims, numbers[at], about) for at, end in enumerate(("", "_low", "_high"))}
+        inside = np.array([row.in_range for row in rows], np.int8).reshape(shape)
+        variables[f"{name}_in_range"] = (dims, inside, {"flag_values": [0, 1], "units": "1"})
+        outside = np.array([row.outside for row in rows], np.object_).reshape(shape)
+        variables[f"{name}_outside"] = (dims, outside, {})
     added = targets()[question.target].variables([each.addition for each in every if each.addition], question)
     coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
-
-
-def _by_law(every: Sequence[ShotAnswer], place: int, law: str) -> list[Any]:
-    """A law's answers to every shot, in the order of the shots."""
-    return [next(each for each in answer.quantities[place].laws if each.law.name == law) for answer in every]
 
 
 def netcdf(question: Question) -> bytes:

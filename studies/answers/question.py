@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Annotated, Any
+from typing import Annotated
 
 from solver.units import Described, Metre, MetrePerSecond, Radian
 from studies import materials as shipped
@@ -16,6 +16,7 @@ from studies.quantities.findings import Findings, refusal
 from studies.quantities.parameters import (
     MaterialName,
     Parameter,
+    Plain,
     Value,
     declared,
     find,
@@ -90,7 +91,7 @@ def shot_parameters() -> Mapping[str, Parameter]:
     return parameters_of_shots(ShotParameters)
 
 
-def as_shot(document: Mapping[str, Any]) -> dict[str, Any]:
+def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
     """The parameters of a shot, of a document of its own or of a sweep, without those that laws do not know.
 
     Raises InvalidInput where the values of a sweep are not every combination of those on its axes.
@@ -111,14 +112,14 @@ def as_shot(document: Mapping[str, Any]) -> dict[str, Any]:
     return {**shot, **{key: document[key] for key in (OWN_MATERIALS,) if key in document}}
 
 
-def _asked(values: Any) -> Any:
+def _asked(values: Plain) -> Plain:
     """The values of an axis: the one that has no other by itself, and the ends of a search."""
     if isinstance(values, Mapping) and "limit_of" in values:
         return values.get("between")
     return values[0] if isinstance(values, list) and len(values) == 1 else values
 
 
-def read_question(document: Any) -> Question:
+def read_question(document: Plain) -> Question:
     """The question of a document, its values with units: "6 km/s", or a list of them, or start, stop and step.
 
     Raises InvalidInput with every finding.
@@ -136,7 +137,7 @@ def read_question(document: Any) -> Question:
     fixed = {name: parameters[name].default for record in records for name in grouped(record)[""]}
     axes: list[Axis] = []
 
-    def read(name: str, raw: Any) -> None:
+    def read(name: str, raw: Plain) -> None:
         parameter = find(parameters, name)
         if isinstance(raw, list | tuple | Mapping):
             axes.append(reader.read(parameter, name, raw, name))
@@ -163,7 +164,7 @@ def read_question(document: Any) -> Question:
     return question
 
 
-def _own_materials(raw: Any, findings: Findings) -> dict[str, Material]:
+def _own_materials(raw: Plain, findings: Findings) -> dict[str, Material]:
     if raw is None:
         return {}
     if not isinstance(raw, Mapping):

@@ -5,7 +5,7 @@ entry-point group ``whipple.studies.answers.targets``. Nothing heavy is imported
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -16,7 +16,7 @@ from studies.laws import Shot, shot_from, target_of
 from studies.laws.targets import Stated
 from studies.materials import Material
 from studies.quantities.findings import Finding
-from studies.quantities.parameters import Parameter, declared, missing
+from studies.quantities.parameters import Parameter, Plain, declared, missing
 from studies.reports.figure import Figure
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from studies.answers.question import Question
 
 # Dimensions, values and attributes.
-Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | list[str] | list[float], Mapping[str, str]]"
+Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | list[int]]]"
 Variables = Mapping[str, Variable]
-Words = Mapping[str, object]  # what templates call
+Words = Mapping[str, Callable[..., Plain] | tuple[str, ...]]  # what templates call
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class AnsweredTarget:
     # Templates of a page: beside its first line, behind its picture, and before the sources.
     templates: Mapping[str, str] = field(default_factory=dict)
 
-    def missing(self, document: Mapping[str, object], parameters: Mapping[str, Parameter]) -> Iterator[Finding]:
+    def missing(self, document: Mapping[str, Plain], parameters: Mapping[str, Parameter]) -> Iterator[Finding]:
         """A finding for each parameter that the target needs, or that contradicts it."""
         if document.get("target") is None:
             yield missing(parameters["target"])

@@ -97,7 +97,9 @@ def audit_numbers() -> tuple[AuditNumber, ...]:
     """Every number of the audit, those of features behind the ones that they follow."""
     places = {number.name: place for place, number in enumerate(AUDIT)}
     offered: list[AuditNumber] = [*entries(__name__, "AUDIT").values()]
-    return tuple(sorted(offered, key=lambda number: (places[number.after or number.name], number.place)))
+    return tuple(
+        sorted(offered, key=lambda number: (places[number.after or number.name], bool(number.after), number.place))
+    )
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ NaN with the reason. Its band is the smallest to the largest answer over its sta
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
@@ -26,6 +26,10 @@ from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_
 from studies.laws.predicted import critical, unmeasured
 from studies.laws.targets import shot_from, shot_of, target_of
 from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Plain
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = [
     "CAVEATS",
@@ -125,7 +129,7 @@ class Law:
     size_exponent: Dimensionless | None = 1.0
     largest_obliquity: Radian = 0.0  # 0: for normal impact
     # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant: a number.
-    ratio: Callable[[Shot, str], Any]
+    ratio: "Callable[[Shot, str], float | NDArray]"
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], Reason | None] = lambda shot, variant: None  # why it has no answer
     # For laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing.
@@ -167,13 +171,13 @@ class Law:
         reason = DRAWN_ONLY.get(self.confidence)
         return f"drawn only ({reason})" if reason else "verdict"
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """The law as plain values, for a catalogue."""
         plain = {name: getattr(self, name) for name in DESCRIBED}
         return {**plain, "range": [_plain(limit) for limit in self.range.every]}
 
 
-def _plain(limit: Limit) -> dict[str, Any]:
+def _plain(limit: Limit) -> dict[str, Plain]:
     """A limit as plain values, for a catalogue; None for a bound that is none."""
     return {
         "words": limit_in_words(limit),

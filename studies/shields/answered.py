@@ -12,7 +12,7 @@ from studies.laws import Shot
 from studies.laws.targets import Stated
 from studies.materials import Material
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
-from studies.quantities.parameters import MaterialName, Parameter, declared, nested
+from studies.quantities.parameters import MaterialName, Parameter, Plain, declared, nested
 from studies.reports.figure import Figure
 from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
 from studies.shields.shield import CRITICAL_DIAMETER, NEEDED, ShotAtShield, reshielded
@@ -45,7 +45,7 @@ class ShieldParameters:
 class AnsweredShield(AnsweredTarget):
     """Shields: the probability to fail, equations, shots near it, and the sizes that are just safe."""
 
-    def missing(self, document: Mapping[str, object], parameters: Mapping[str, Parameter]) -> Iterator[Finding]:
+    def missing(self, document: Mapping[str, Plain], parameters: Mapping[str, Parameter]) -> Iterator[Finding]:
         """A finding for each parameter of every shield that is missing, and for those of a plate."""
         for name in PLATE:
             if document.get(name) is not None:

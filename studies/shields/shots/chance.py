@@ -37,7 +37,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -175,9 +174,9 @@ def fitted(law: Law, shots: Sequence[ShieldShot]) -> Curve:
     return fit(law.name, terms([each for each, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
 
 
-def compute() -> dict[str, Any]:
+def compute() -> dict[str, Curve]:
     """The curves of all equations for the published shots, as ``fitted.json`` has them."""
-    return {law.name: asdict(fitted(law, published().shots)) for law in equations()}
+    return {law.name: fitted(law, published().shots) for law in equations()}
 
 
 @cache
@@ -253,4 +252,5 @@ def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:
 
 
 if __name__ == "__main__":
-    STORED.write_text(json.dumps(compute(), indent=1) + "\n", encoding="utf-8")
+    plain = {name: asdict(curve) for name, curve in compute().items()}
+    STORED.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")

@@ -359,13 +359,13 @@ def nearest(shot: ShotAtShield, shots: Sequence[ShieldShot], count: int) -> tupl
 
 def distances(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
-    return [_distance(_place(shot), _place_of(each)) for each in shots]
+    return [_distance(_place(shot), _place(each.as_shot())) for each in shots]
 
 
 def distances_of_shields(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
     mine = replace(_place(shot), impact=())
-    return [_distance(mine, replace(_place_of(each), impact=())) for each in shots]
+    return [_distance(mine, replace(_place(each.as_shot()), impact=())) for each in shots]
 
 
 @dataclass(frozen=True)
@@ -385,16 +385,6 @@ def _place(shot: ShotAtShield) -> _Place:
         _logarithms(shot.projectile_diameter, shot.speed),
         _logarithms(*sizes),
         _logarithms(*metals, shield.wall_density or shot.target.density),
-        shot.obliquity,
-    )
-
-
-def _place_of(shot: ShieldShot) -> _Place:
-    sizes = (shot.bumper_thickness, shot.wall_thickness, shot.stand_off, shot.wall_yield_stress)
-    return _Place(
-        _logarithms(shot.projectile_diameter, shot.speed),
-        _logarithms(*sizes),
-        _logarithms(shot.projectile_density, shot.bumper_density, shot.wall_density),
         shot.obliquity,
     )
 

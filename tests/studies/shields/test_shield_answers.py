@@ -67,10 +67,10 @@ def test_stored_curves__are_those_of_the_shots_that_ship() -> None:
     """``python -m studies.shields.shots.chance`` writes them."""
     for name, curve in compute().items():
         stored = curves()[name]
-        assert stored.constants == pytest.approx(curve["constants"], rel=1e-6)
-        assert np.array(stored.covariance) == pytest.approx(np.array(curve["covariance"]), rel=1e-6)
-        assert stored.between == pytest.approx(curve["between"], rel=1e-6)
-        assert stored.shots == curve["shots"]
+        assert stored.constants == pytest.approx(curve.constants, rel=1e-6)
+        assert np.array(stored.covariance) == pytest.approx(np.array(curve.covariance), rel=1e-6)
+        assert stored.between == pytest.approx(curve.between, rel=1e-6)
+        assert stored.shots == curve.shots
     assert set(curves()) == {law.name for law in equations()}
 
 
