@@ -6,7 +6,7 @@ from studies.cubes.audit import AuditNumber
 
 _behind = partial(AuditNumber, after="discarded_mass_fraction")
 AUDIT = (
-    AuditNumber("cells_per_wall", "1", "grid cells through the wall of a shield", after="cells_per_thickness"),
+    AuditNumber("cells_per_wall", "1", "grid cells through the wall of a shield", after="cells_per_thickness", place=1),
     _behind(
         "missed_mass_fraction",
         "1",

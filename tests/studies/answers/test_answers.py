@@ -1,5 +1,6 @@
 """What laws and shots say of a shot without a run: the laws' own numbers, ranges, spread, and what is refused."""
 
+import json
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -66,7 +67,7 @@ def test_cube__has_the_answers_over_the_axes() -> None:
         for each in answer.quantities[0].laws:
             got = float(at.hole_diameter.sel(law_of_hole_diameter=each.law.name))
             assert got == pytest.approx(each.value, nan_ok=True)
-    plain = document(question)
+    plain = json.loads(json.dumps(document(question)))
     assert len(plain["items"]) == 6
     assert plain["laws"]["maiden_c"]["source"]
 
@@ -104,7 +105,9 @@ def shots_of(document: dict[str, Any]) -> Iterator[Shot]:
 
 
 def test_question__knows_own_materials() -> None:
-    own = {"mine": {"base": "al-6061-t6", "title": "Mine", "brinell_hardness": {"value": 80, "unit": "1"}}}
+    own: dict[str, Any] = {
+        "mine": {"base": "al-6061-t6", "title": "Mine", "brinell_hardness": {"value": 80, "unit": "1"}}
+    }
     question = read_question({**PLATE, "target": "mine", "materials": own})
     [answer] = answers(question)
     assert question.shot(answer.parameters).brinell_hardness == 80

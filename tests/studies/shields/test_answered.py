@@ -1,6 +1,8 @@
 """A question about a shield: what is refused, the numbers of its dataset and its page, and the picture."""
 
+import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +40,7 @@ def test_cube__has_the_answers_over_the_axes() -> None:
         for each in answer.quantities[0].laws:
             got = float(at.critical_diameter.sel(law_of_critical_diameter=each.law.name))
             assert got == pytest.approx(each.value, nan_ok=True)
-    plain = document(question)
+    plain = json.loads(json.dumps(document(question)))
     assert len(plain["items"]) == 4
     for item in plain["items"]:
         at = cube.sel({axis.name: item["parameters"][axis.name] for axis in question.axes})
@@ -83,7 +85,8 @@ def test_shield__that_cannot_be_asked_about_is_refused_by_field(change: dict[str
 def test_shield__in_other_words_is_refused_with_its_own(former: str, word: str) -> None:
     fixed = {name: value for name, value in QUESTION.items() if name not in (word, "wall_yield_stress")} | {former: "x"}
     sweep = {"scenario": "whipple_shield", "fixed": fixed, "axes": {"speed": ["7 km/s"]}, "resolution": 16}
-    for read, asked in ((read_question, fixed), (Sweep.parse, sweep)):
+    readers: list[tuple[Callable[[Any], object], dict[str, Any]]] = [(read_question, fixed), (Sweep.parse, sweep)]
+    for read, asked in readers:
         with pytest.raises(InvalidInput) as raised:
             read(asked)
         cures = {finding.field.removeprefix("fixed."): finding.cure for finding in raised.value.findings}
