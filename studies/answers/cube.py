@@ -51,7 +51,8 @@ def cube_of(question: Question) -> "xr.Dataset":
         variables[f"{name}_in_range"] = (dims, inside, {"flag_values": [0, 1], "units": "1"})
         outside = np.array([row.outside for row in rows], np.object_).reshape(shape)
         variables[f"{name}_outside"] = (dims, outside, {})
-    added = targets()[question.target].variables([each.addition for each in every if each.addition], question)
+    additions = [each.addition for each in every if each.addition]
+    added = targets()[question.target].variables(additions, names, question.shape)
     coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
 

@@ -22,8 +22,6 @@ from studies.reports.figure import Figure
 if TYPE_CHECKING:
     import numpy as np
 
-    from studies.answers.question import Question
-
 # Dimensions, values and attributes.
 Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | list[int]]]"
 Variables = Mapping[str, Variable]
@@ -94,8 +92,10 @@ class AnsweredTarget:
         """What its templates call."""
         return {}
 
-    def variables(self, additions: Sequence[Addition], question: "Question") -> tuple[Variables, Variables]:
-        """Coordinates and variables of the dataset of its additions, a shot each, the last axis fastest."""
+    def variables(
+        self, additions: Sequence[Addition], axes: tuple[str, ...], shape: tuple[int, ...]
+    ) -> tuple[Variables, Variables]:
+        """Coordinates and variables over axes, of its addition to each shot, the last axis fastest."""
         return {}, {}
 
 

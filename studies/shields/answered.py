@@ -18,7 +18,6 @@ from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
 from studies.shields.shield import CRITICAL_DIAMETER, NEEDED, ShotAtShield, reshielded
 
 if TYPE_CHECKING:
-    from studies.answers.question import Question
     from studies.shields.shots.answers import ShieldAnswer
 
 PLATE = ("target", "plate_thickness")  # parameters of a plate or a block alone
@@ -111,12 +110,12 @@ class AnsweredShield(AnsweredTarget):
         }
 
     def variables(  # type: ignore[override]  # its own additions
-        self, additions: "Sequence[ShieldAnswer]", question: "Question"
+        self, additions: "Sequence[ShieldAnswer]", axes: tuple[str, ...], shape: tuple[int, ...]
     ) -> tuple[Variables, Variables]:
         """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
         from studies.shields.cube import variables_of
 
-        return variables_of(additions, question)
+        return variables_of(additions, axes, shape)
 
 
 TARGET = AnsweredShield(

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies import laws
-from studies.answers.question import Question
 from studies.answers.targets import Variable, Variables
 from studies.shields.shield import CRITICAL_DIAMETER
 from studies.shields.shots.answers import ShieldAnswer
@@ -16,16 +15,18 @@ LAWS = f"law_of_{CRITICAL_DIAMETER}"  # the dimension
 NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
 
 
-def variables_of(shields: Sequence[ShieldAnswer], question: Question) -> tuple[Variables, Variables]:
-    """Coordinates and variables of answers, the last axis of the question fastest."""
-    names, variables = [axis.name for axis in question.axes], dict[str, Variable]()
+def variables_of(
+    shields: Sequence[ShieldAnswer], axes: tuple[str, ...], lengths: tuple[int, ...]
+) -> tuple[Variables, Variables]:
+    """Coordinates and variables of answers over axes, the last one fastest."""
+    variables = dict[str, Variable]()
     equations = [law.name for law in laws.answering(CRITICAL_DIAMETER)]
 
     def add(
         name: str, title: str, unit: str, values: Sequence[float] | Sequence[str], dims: tuple[str, ...] = ()
     ) -> None:
-        shape = (len(values) // len(shields), *question.shape) if dims else question.shape
-        variables[name] = ((*dims, *names), np.array(values).reshape(shape), {"units": unit, "long_name": title})
+        shape = (len(values) // len(shields), *lengths) if dims else lengths
+        variables[name] = ((*dims, *axes), np.array(values).reshape(shape), {"units": unit, "long_name": title})
 
     for part, end in (("value", ""), ("low", "_low"), ("high", "_high")):
         chances = [getattr(shield.probability, part, math.nan) for shield in shields]

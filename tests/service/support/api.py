@@ -181,9 +181,9 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
 
 
 @contextmanager
-def served(api: Api, *doors: socket.socket) -> Iterator[str]:
-    """The same interface over a real connection, and at further sockets; gives its address."""
-    config = uvicorn.Config(api.http.app, lifespan="off", log_level="critical")
+def served(api: Api, *doors: socket.socket, **options: Any) -> Iterator[str]:
+    """The same interface over a real connection, and at further sockets; ``options`` of uvicorn; gives its address."""
+    config = uvicorn.Config(api.http.app, lifespan="off", log_level="critical", **options)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=[[socket.create_server(("127.0.0.1", 0)), *doors]])
     thread.start()
