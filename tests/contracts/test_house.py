@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.answers import EXAMPLE
+from studies.answers import examples
 from studies.cases.rows import at_most, equal
 from tests.contracts.features import ROOT, features
 from tests.contracts.test_way import SWEEP
@@ -97,6 +97,6 @@ def test_answer__about_a_shield_is_quick(tmp_path: Path, compared: Callable[...,
 
     for options, limit in (((), ANSWER), (("--out", str(tmp_path / "shield.html")), SHEET)):
         before = spent()
-        command = [sys.executable, "-m", "service", "laws", "--at", str(EXAMPLE), *options]
+        command = [sys.executable, "-m", "service", "laws", "--at", str(examples()[0]), *options]
         subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
         compared(at_most(f"whipple laws --at shield.yaml {' '.join(options[:1])}", limit=limit, got=spent() - before))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli.commands import LOCAL, Commands
-from service.cli.commands.answering import print_example
+from service.cli.commands.answering import print_examples
 from service.cli.console import print_cost, print_json, print_warnings
 from service.cli.options import (
     SOME_FAILED,
@@ -73,7 +73,7 @@ def demo(
         _compile_kernels([*documents.values()], begin)
         return
     folder = folder_of(out)
-    print_example(folder / "shield.html")
+    print_examples(folder)
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
     statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]

@@ -17,8 +17,8 @@ from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
-from studies.observations.shields.shots import published
 from studies.observations.table import rows_of
+from studies.observations.tables import further_tables
 from studies.quantities.display import display_alone
 from studies.quantities.parameters import declared
 
@@ -71,9 +71,9 @@ def show_laws(request: Request, caller: Reader) -> Response:
     """Every law with its formula, range and source, by what it predicts."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}
-    measured = sorted(answered - {*laws.UNMEASURED}, reverse=True)
+    measured = sorted(answered - {*laws.unmeasured()}, reverse=True)
     titles = {name: measurements.load(name).title for name in measured}
-    titles |= {name: title for name, title in laws.UNMEASURED.items() if name in answered}
+    titles |= {name: title for name, title in laws.unmeasured().items() if name in answered}
     return page(
         request,
         "laws.html",
@@ -155,8 +155,10 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(name, _remark(name), len(rows_of(observations.text(name), name))) for name in observations.names()]
-    return page(request, "shots.html", caller, tables=tables, shields=len(published().shots))
+    tables = [(each.name, each.address, each.remark, each.count()) for each in further_tables()]
+    for name in observations.names():
+        tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
+    return page(request, "shots.html", caller, tables=tables)
 
 
 def _remark(table: str) -> str:

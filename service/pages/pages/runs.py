@@ -27,12 +27,12 @@ from service.pages.rendering import SEE_OTHER, drawn, page
 from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
-from studies.laws import CRITICAL
-from studies.observations.shields.drawn import beside_held, failures_found
+from studies.laws import critical
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Value, declared
+from studies.shields.shots.drawn import beside_held, failures_found
 from studies.sweeps.reading import RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -193,7 +193,7 @@ def _printed(
     kind = kind_of(measurement.unit)
     if measurement.is_outcome and value is not None:
         text = measurement.outcomes[round(value)]
-        if name in CRITICAL and not value:  # a wall holds
+        if name in critical() and not value:  # a wall holds
             normal_speed = float(parameters["speed"] or 0.0) * math.cos(float(parameters.get("obliquity") or 0.0))
             text = f"{text}; {beside_held(failures_found(str(parameters.get('failure')), normal_speed))}"
     else:

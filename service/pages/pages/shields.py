@@ -1,6 +1,5 @@
 """Shields: what published laws and measured shots say of one, at once, as a form and its answer; and the shots."""
 
-import math
 from collections.abc import Mapping
 from functools import cache
 from itertools import islice
@@ -18,14 +17,15 @@ from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page
 from service.records.jobs import KEY_VARIABLE
 from studies import materials
-from studies.answers import EXAMPLE
-from studies.answers.question import PLATE, ShotParameters
-from studies.observations.shields.drawn import FAST, beside_held, failures_found
-from studies.observations.shields.shots import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
+from studies.answers.question import shot_parameters
 from studies.quantities.display import printed_in, with_unit
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Value, declared
+from studies.shields.answered import PLATE
+from studies.shields.answered import TARGET as SHIELD
+from studies.shields.shots.drawn import FAST, beside_held, failures_found
+from studies.shields.shots.table import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -50,13 +50,14 @@ FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_
 @cache
 def _example() -> Mapping[str, str]:
     """The shield that ships."""
-    document = read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name)
+    assert SHIELD.example is not None
+    document = read_yaml(SHIELD.example.read_text(encoding="utf-8"), SHIELD.example.name)
     return {name: str(value) for name, value in document.items()}
 
 
 def _fields(request: Request) -> Mapping[str, str]:
     """The fields of a form in the address; without any, those of the shield that ships."""
-    known = declared(ShotParameters)
+    known = shot_parameters()
     given = {name: text.strip() for name, text in request.query_params.items() if name in known}
     return {name: text for name, text in given.items() if text} or _example()
 
@@ -74,7 +75,7 @@ AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 @router.get("/shields")
 def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(each) for name, each in declared(ShotParameters).items() if name not in PLATE}
+    every = {name: field_of(each) for name, each in shot_parameters().items() if name not in PLATE}
     return page(
         request,
         "shields.html",
@@ -130,7 +131,7 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
         request,
         "shield_shots.html",
         caller,
-        columns=[_heading(name.replace("_", " "), unit) for name, unit in units.items()],
+        columns=[with_unit(name.replace("_", " "), unit) for name, unit in units.items()],
         rows=rows,
         found=found,
         begin=begin,
@@ -143,12 +144,6 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     )
 
 
-def _heading(name: str, unit: str | None) -> str:
-    return f"{name} (deg)" if unit == "rad" else with_unit(name, unit)
-
-
 def _cell(value: Value, unit: str | None) -> str:
-    """A number in the unit of its column; people read angles in degrees."""
-    if unit is None or isinstance(value, str):
-        return str(value)
-    return f"{math.degrees(value):.4g}" if unit == "rad" and value is not None else printed_in(value, unit)
+    """A number in the unit of its column."""
+    return str(value) if unit is None or isinstance(value, str) else printed_in(value, unit)

@@ -36,10 +36,10 @@ from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, drawn, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
-from studies.laws import CRITICAL
-from studies.observations.shields.drawn import beside_walls
+from studies.laws import critical
 from studies.quantities.files import REPORT_JSON
 from studies.quantities.numerical_defaults import NO_FAILURE
+from studies.shields.shots.drawn import beside_walls
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 PAGE = PageRoutes("sweeps", 10, router, (("/", "Sweeps"),))
@@ -160,7 +160,7 @@ def show_sweep(
         quantity=measurements.load(shown.quantity),
         quantities=[measurements.load(each) for each in quantities],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
-        note=_beside_walls(shown.document) if shown.quantity in CRITICAL else "",
+        note=_beside_walls(shown.document) if shown.quantity in critical() else "",
         once=secrets.token_urlsafe(),
         may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
