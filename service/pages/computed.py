@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
-from service.api.documents import Plain
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
 from service.pages.forms import read_value
 from service.records.expansion import ExpandedSweep
 from studies.quantities.findings import Finding, InvalidInput
-from studies.quantities.parameters import Value
+from studies.quantities.parameters import Plain, Value
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 

@@ -10,6 +10,7 @@ other records: at the door their fields stand beside its own (``flat``, ``nested
 import dataclasses
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass
+from datetime import date
 from functools import cache
 from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -27,8 +28,8 @@ from studies.quantities.units import (
 )
 
 Value = float | int | bool | str | None
-# What JSON and YAML hold.
-Plain: TypeAlias = "Value | Sequence[Plain] | Mapping[str, Plain]"
+# What JSON and YAML hold; a date is of YAML alone.
+Plain: TypeAlias = "Value | date | Sequence[Plain] | Mapping[str, Plain]"
 Record = TypeVar("Record")
 ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
