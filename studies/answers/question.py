@@ -12,7 +12,17 @@ from studies import scenarios
 from studies.laws import Shot, shot_from
 from studies.materials import Material, read_own
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
-from studies.quantities.parameters import MaterialName, Parameter, Value, declared, find, join, missing, parse_value
+from studies.quantities.parameters import (
+    MaterialName,
+    Parameter,
+    Value,
+    declared,
+    find,
+    join,
+    missing,
+    nested,
+    parse_value,
+)
 from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers, by_place
 from studies.sweeps.axes import Axis, AxisReader
 from studies.sweeps.flat import as_sweep
@@ -91,7 +101,7 @@ class Question:
             given["projectile_shape"] = "cylinder"
         if self.target == "shield":
             further = {name: value for name, value in given.items() if name in declared(FurtherBumpers)}
-            if findings := [*FurtherBumpers(**further).check()]:
+            if findings := [*nested(FurtherBumpers, further).check()]:
                 raise InvalidInput(findings)
             given = {**dict.fromkeys((*BUMPERS, "wall"), given["bumper"]), **given}
         roles = {role: self.materials[given[role]] for role in ROLES if role in given}

@@ -12,14 +12,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
-from solver.units import Described
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
-from studies.quantities.parameters import declared, describe, flat, marks, nested
+from studies.quantities.parameters import declared, describe, flat, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
@@ -78,11 +76,19 @@ class SetUp(ABC):
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
-        """The same parameters with the defaults that follow from others, at 12 significant digits."""
+        """The same parameters with the defaults that follow from others, at 12 significant digits.
+
+        One that does not act beside the others is None.
+        """
 
     @abstractmethod
     def check(self, materials: Materials) -> list[Finding]:
         """Findings of several parameters together."""
+
+    @staticmethod
+    def lacking(values: Mapping[str, Any]) -> Collection[str]:
+        """The parameters that name the material of a body which runs with these values by name do not have."""
+        return ()
 
     @staticmethod
     def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
@@ -174,12 +180,7 @@ class Scenario:
     asked_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
     accurate: tuple[str, ...] = ()  # the measurements whose mesh error an accuracy is about
-    # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
-    measured_with: tuple[str, ...] = ()
-    # Of its parameters those that its runs do not use: they are no part of a run's identity.
-    unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs
-    revision: int = 1  # part of a run's identity: higher where its runs, and no others, have other numbers than before
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 
@@ -189,9 +190,8 @@ class Scenario:
 
     def roles(self, values: Mapping[str, Any]) -> tuple[str, ...]:
         """The parameters that name a material of a run with these values by name, defaults filled in."""
-        acts = {name: mark.acts for name, mark in marks(self.parameters, Described).items() if mark.acts}
-        record = SimpleNamespace(**values)
-        return tuple(name for name in self.materials if name not in acts or acts[name](record))
+        lacking = self.parameters.lacking(values)
+        return tuple(name for name in self.materials if name not in lacking)
 
     def measured(self, roles: Collection[str]) -> tuple[str, ...]:
         """The measurements of a run, or of a sweep, whose bodies have these roles."""

@@ -42,7 +42,7 @@ class Wall:
     ] = "axisymmetric"
     section: Annotated[
         Literal["round", "square"],
-        Described("section of the bar; a square one, whose side is bar_diameter, in three dimensions", neutral=True),
+        Described("section of the bar; a square one, whose side is bar_diameter, in three dimensions"),
     ] = "round"
     wall: Annotated[
         Literal["unilateral", "symmetric"],
