@@ -11,7 +11,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
@@ -23,6 +22,7 @@ from studies.scenarios.parts.outline import Outline
 if TYPE_CHECKING:
     from solver.problem import Problem
     from solver.simulation import Outcome
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
 
@@ -71,8 +71,6 @@ class SetUp(ABC):
 
     # Each measurement whose mesh error experience may tell, with the quantity of the ensemble that tells it.
     experienced: ClassVar[Mapping[str, str]] = {}
-    # The module below ``studies.measurements`` whose ``view`` its measurements read.
-    viewed_by: ClassVar[str]
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
@@ -111,10 +109,10 @@ class SetUp(ABC):
     def rate(self, setting: Any) -> ObservationRate:
         """How often the built problem is observed."""
 
-    @classmethod
-    def view(cls, setting: Any, snapshot: Any) -> Any:
-        """A state as the measurements see it."""
-        return import_module(f"studies.measurements.{cls.viewed_by}").view(setting, snapshot)
+    @staticmethod
+    @abstractmethod
+    def view(setting: Any, snapshot: "Snapshot") -> Any:
+        """A state as the measurements see it; the module that makes it loads the solver."""
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:

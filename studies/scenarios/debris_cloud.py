@@ -22,8 +22,10 @@ from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
 
 if TYPE_CHECKING:
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.measurements.cloud import CloudView
 
 # Distance that the projectile would have travelled at the end, in its diameters: 8 mm, 6.6 km/s and 9 us in Ma (2005),
 # section 3.1.2.
@@ -112,7 +114,6 @@ class CloudShot(Shot):
 class DebrisCloud(ImpactSetUp):
     """Parameters of a debris cloud."""
 
-    viewed_by = "cloud"
     experienced = MappingProxyType({"tip_velocity_percent": "tip_velocity_percent"})
 
     shot: CloudShot
@@ -138,6 +139,12 @@ class DebrisCloud(ImpactSetUp):
         bodies = [materials[body.name] for body in setting.problem.bodies]
         return CloudSetting(**vars(setting), breakup=tuple(map(_breakup, bodies)), melting=tuple(map(_melting, bodies)))
 
+    @staticmethod
+    def view(setting: CloudSetting, snapshot: "Snapshot") -> "CloudView":
+        from studies.measurements.cloud import view
+
+        return view(setting, snapshot)
+
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
@@ -152,10 +159,6 @@ class DebrisCloud(ImpactSetUp):
             pixel=setting.projectile_diameter / PIXELS,
             whole=2.0 * math.pi / setting.sector,
         )
-
-    @staticmethod
-    def numbers(view: object) -> dict[str, float]:
-        return {}
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

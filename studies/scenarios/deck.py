@@ -8,7 +8,7 @@ measured is what every problem has: energies, momentum, largest pressure, each w
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
 from studies.decks.deck import Deck
@@ -21,6 +21,10 @@ from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.doubts import doubts_of_matter
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, tensions
+
+if TYPE_CHECKING:
+    from solver.state import Snapshot
+    from studies.measurements.whole import WholeView
 
 OBSERVATIONS = 20
 MOST_OBSERVATIONS = 1000
@@ -80,8 +84,6 @@ class DeckNumerics(Numerics):
 @dataclass(frozen=True, kw_only=True)
 class DeckRun(SetUp):
     """Parameters of a deck."""
-
-    viewed_by = "whole"
 
     deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 2 MB of UTF-8")]
     units: Annotated[
@@ -160,6 +162,12 @@ class DeckRun(SetUp):
 
     def cells(self) -> dict[str, float]:
         return {"refinement": float(self.refinement)}
+
+    @staticmethod
+    def view(setting: Setting, snapshot: "Snapshot") -> "WholeView":
+        from studies.measurements.whole import view
+
+        return view(setting, snapshot)
 
     def rate(self, setting: Setting) -> ObservationRate:
         end = setting.problem.end_time

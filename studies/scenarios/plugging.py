@@ -35,8 +35,10 @@ from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
 if TYPE_CHECKING:
     from solver.problem import Body
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.measurements.plug import PlugView
 
 RADIUS = 12.5  # of the plate, in projectile diameters: 500 mm for 20 mm, Borvik et al. (1999), as recalled
 CONE = 1.0  # default length of a conical nose, in projectile diameters
@@ -153,8 +155,6 @@ class PluggingSetting(ImpactSetting):
 @dataclass(frozen=True, kw_only=True)
 class Plugging(SetUp):
     """Parameters of the plugging of a plate."""
-
-    viewed_by = "plug"
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = 20e-3
@@ -398,6 +398,12 @@ class Plugging(SetUp):
 
     def cells(self) -> dict[str, float]:
         return {"cells_per_diameter": self.cells_per_diameter, "cells_per_thickness": self.plate_thickness / self.cell}
+
+    @staticmethod
+    def view(setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
+        from studies.measurements.plug import view
+
+        return view(setting, snapshot)
 
     def rate(self, setting: Setting) -> ObservationRate:
         interval = OBSERVED * self.cell / self.speed

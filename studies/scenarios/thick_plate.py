@@ -9,7 +9,7 @@ from solver.units import Described, Metre
 from studies.quantities.findings import Finding
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, outline
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 
@@ -46,6 +46,8 @@ class ThickPlate(ImpactSetUp):
         Metre | None,
         Described("radius of a round block, half the width of a square one; by default 10 diameters", 1e-5, 10.0),
     ] = None
+
+    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
 
     @property
     def impact(self) -> Impact:

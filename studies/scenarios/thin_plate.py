@@ -8,7 +8,7 @@ from typing import Any, Self
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, outline
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
 from studies.scenarios.parts.method import ParticleMethod, is_on_grid
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Plate, Settling
@@ -29,6 +29,8 @@ class ThinPlate(ImpactSetUp):
     angles: Angles
     plate: Plate
     method: ParticleMethod
+
+    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
 
     @property
     def impact(self) -> Impact:

@@ -38,8 +38,10 @@ if TYPE_CHECKING:
     from solver.grid.flight import Flight
     from solver.problem import Problem
     from solver.simulation import Outcome
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.measurements.shield import ShieldView
 
 # Of the impact speed: what its own pressure may still add to the speed of a piece that leaves the bumper's grid. It
 # turns a path by 0.02 rad, which is 2 mm in a flight of 100 mm: the thickness of a wall.
@@ -250,7 +252,6 @@ def _ways(layers: list[tuple[str, float, float]]) -> list[float]:
 class WhippleShield(ImpactSetUp):
     """Parameters of a shield."""
 
-    viewed_by = "shield"
     experienced = MappingProxyType({"bumper_hole_diameter": "hole_diameter"})
 
     shot: ShotAtShield
@@ -382,6 +383,12 @@ class WhippleShield(ImpactSetUp):
             slowest=SLOWEST * normal_speed,
             momentum=float(projectile.mass.sum()) * normal_speed,
         )
+
+    @staticmethod
+    def view(setting: ShieldSetting, snapshot: "Snapshot") -> "ShieldView":
+        from studies.measurements.shield import view
+
+        return view(setting, snapshot)
 
     def _settles(self, number: int) -> tuple[str, ...]:
         """What the stage of a sheet waits for."""

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from solver.matter.laws import Matter
     from solver.problem import Absorber, Body, Face, Problem
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
     from studies.measurements.impact.view import ImpactView
@@ -333,8 +334,6 @@ class Impact:
 class ImpactSetUp(SetUp):
     """The parameters that every impact has, and what follows from them."""
 
-    viewed_by = "impact.view"
-
     shot: Shot
     fracture: Fracture
     numerics: Numerics
@@ -392,14 +391,6 @@ class ImpactSetUp(SetUp):
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
-    @staticmethod
-    def numbers(view: "ImpactView") -> dict[str, float]:
-        """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
-        attached = view.attached_target
-        loose = 1.0 - float(view.mass[attached].sum()) / float(view.target_mass)
-        fast = float(view.mass[attached & (view.speed > FAST)].sum()) / float(view.target_mass)
-        return {"separated_mass_fraction": loose, "fast_mass_fraction": fast}
-
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The part of few particles, in the shape in which it was measured."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
@@ -408,6 +399,21 @@ class ImpactSetUp(SetUp):
             coarse, fine = OF_FEW_PARTICLES[measurement]
             return {"particles": coarse if shot.cells_per_diameter < FINE else fine}
         return {}
+
+
+def seen(setting: ImpactSetting, snapshot: "Snapshot") -> "ImpactView":
+    """A state as the measurements of a target see it."""
+    from studies.measurements.impact.view import view
+
+    return view(setting, snapshot)
+
+
+def loose_and_fast(view: "ImpactView") -> dict[str, float]:
+    """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
+    attached = view.attached_target
+    loose = 1.0 - float(view.mass[attached].sum()) / float(view.target_mass)
+    fast = float(view.mass[attached & (view.speed > FAST)].sum()) / float(view.target_mass)
+    return {"separated_mass_fraction": loose, "fast_mass_fraction": fast}
 
 
 def outline(values: Mapping[str, Any], *, thickness: str, radius: str, target: str = "target") -> Outline | None:
