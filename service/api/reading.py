@@ -27,6 +27,7 @@ from service.records.expansion import ExpandedSweep, expand, expand_again
 from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
+from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -149,7 +150,7 @@ def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
 def longer(change: Any, posted: Posted) -> ExpandedSweep:
     """A sweep with further values on one of its axes; those of ``change`` are texts separated by commas."""
     values = [_number_or_text(value.strip()) for value in change["values"].split(",")]
-    sweep = Sweep.parse(change["sweep"], ACCEPTED).with_values(change["axis"], values)
+    sweep = with_values(Sweep.parse(change["sweep"], ACCEPTED), change["axis"], values)
     # Once more, under the limits of a sweep that is posted.
     return expanded(sweep.document(), posted)
 
