@@ -116,7 +116,7 @@ def test_runs__of_a_zip_pair_the_axes() -> None:
     assert sweep.grid.shape == (3,)
     assert [point.index for point in sweep.runs()] == [(0,), (1,), (2,)]
     refined = Sweep.parse({**document, "resolution": [16, 32]})
-    assert refined.shape == (3, 2)
+    assert refined.grid.shape == (3, 2)
     assert [point.index for point in refined.runs()][:3] == [(0, 0), (0, 1), (1, 0)]
 
 
