@@ -12,7 +12,6 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
@@ -190,7 +189,7 @@ def serves(
     description: str,
     *,
     schema: Mapping[str, str] = ANY_OBJECT,
-    **options: Any,
+    operation_id: str | None = None,
 ) -> Callable[[Endpoint], Endpoint]:
     """Add an endpoint for a file that is like one of ``names``; ``schema`` is that of JSON."""
     types = [media_type_of(name).partition(";")[0] for name in names]
@@ -207,5 +206,5 @@ def serves(
             206: partial,
             304: {"description": "Unchanged"},
         },
-        **options,
+        operation_id=operation_id,
     )

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from service.api.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
 from service.api.downloads import Download, RangedFile, bring_back, is_range, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
+from service.api.routes import Routes
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.api.turns import turn_of
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
@@ -16,6 +17,7 @@ from service.store import Store
 from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
+ROUTES = Routes("runs", 30, guarded=(router,))
 
 FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 

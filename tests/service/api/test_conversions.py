@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 from service.api import conversions, reading
-from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, MadeFile
+from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
 from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
 from service.api.turns import Places, Turn
@@ -131,7 +131,7 @@ def turn(caller: str = "ann") -> Turn:
 async def partial(files: Conversions, *, sweep: str = "1", caller: str = "ann", is_large: bool = False) -> MadeFile:
     """The results so far of a sweep of which they change with each request."""
 
-    def gather() -> dict[str, Any]:
+    def gather() -> FileInputs:
         return {"document": SWEEP, "outcomes": [], "state": f"of {next(NUMBERS)}"}
 
     return await files.partial("partial.nc", sweep, gather, turn(caller), is_large=is_large)
@@ -227,14 +227,14 @@ class SlowFiles(EmptyFiles):
         self.begun: list[str] = []
 
     async def _run_child(self, file: Path, inputs: str) -> None:
-        self.begun.append(json.loads(inputs)["options"]["of"])
+        self.begun.append(json.loads(inputs)["options"]["field"])
         await self.may_end.wait()
         await super()._run_child(file, inputs)
 
 
 async def file(files: Conversions, caller: str, of: str) -> MadeFile:
     source = Stored("state.npz", "state.npz", 0, "")
-    return await files.file("cloud.view", [source], Artifacts(Path("/nowhere")), turn(caller), of=of)
+    return await files.file("cloud.view", [source], Artifacts(Path("/nowhere")), turn(caller), field=of)
 
 
 def test_files__are_made_for_each_caller_in_turn_and_the_same_one_once(tmp_path: Path) -> None:

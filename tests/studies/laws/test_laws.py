@@ -57,7 +57,7 @@ RANGES: list[tuple[str, Shot, str]] = [
     *(
         (law, replace(OF_COPPER, length_ratio=ratio), words)
         for law in ("maiden_c", "charters_summers")
-        for ratio, words in ((0.5, ""), (2.0, ""), (0.4, "projectile L/d"), (50.0, "projectile L/d"))
+        for ratio, words in ((0.5, ""), (2.0, ""), (0.4, "projectile L/d"), (2.1, "projectile L/d"))
     ),
     (
         "charters_summers",
@@ -172,6 +172,7 @@ def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
         shot = laws.shot_of(run)
         depths.append(law.evaluate(shot).value * 1e3)
     assert shot.projectile_diameter == pytest.approx(5.31e-3, abs=5e-6)
+    assert shot.length_ratio == pytest.approx(0.8)
     assert depths == pytest.approx([12.2, 14.2, 16.0, 17.8], abs=0.06)
 
 
