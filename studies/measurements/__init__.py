@@ -112,41 +112,6 @@ def measurement(**fields: Any) -> Callable[[Callable[[Any], Reading]], Measureme
     return lambda definition: Measurement(name=definition.__name__, definition=definition, **fields)
 
 
-@dataclass(frozen=True)
-class Bins:
-    """Bins of equal width; what lies beyond the first or last edge is in the first or last bin."""
-
-    name: str
-    title: str
-    unit: str
-    meaning: str
-    width: float
-    count: int
-    begin: float = 0.0  # of the first bin
-
-    @property
-    def middles(self) -> list[float]:
-        """The middle of each bin."""
-        return [self.begin + (place + 0.5) * self.width for place in range(self.count)]
-
-    def place(self, values: "np.ndarray") -> "np.ndarray":
-        """The bin (n,) of each value."""
-        return ((values - self.begin) / self.width).astype(int).clip(0, self.count - 1)
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A quantity over bins, read off the last state of a run. Bins are those of every run, so coordinates of a cube."""
-
-    name: str
-    title: str
-    unit: str
-    meaning: str
-    bins: tuple[Bins, ...]
-    read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
-    version: int = 1
-
-
 def names() -> list[str]:
     """All measurements, sorted."""
     return list(entries(__name__, "MEASUREMENT"))

@@ -21,8 +21,8 @@ from solver.checkpoints import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
-from solver.fem.elements import Hexahedron, Quadrilateral
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
+from solver.methods.fem.elements import Hexahedron, Quadrilateral
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
+from solver.steppers import methods
 from solver.units import Described, Dimensionless
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import flat
 
-# Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
+# Spacings within which particles of two solids repel each other: ``solver/methods/sph/contact.py``.
 REPULSION = 1.5
 
 
@@ -72,6 +73,8 @@ def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[F
     if is_on_grid(parameters.method):
         return []
     given, method = flat(parameters).get, parameters.method.method
+    if method not in methods():
+        return [Finding("method", method, f"one of {', '.join(methods())}", "leave method out")]
     smoothed, meshed = is_smoothed(parameters.method), is_meshed(parameters.method)
     refused = (
         (smoothed and given("wall") == "unilateral", "wall", "set wall to symmetric"),

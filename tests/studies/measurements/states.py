@@ -14,14 +14,14 @@ from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
-from studies.measurements.cloud import CloudView, connected
+from studies.measurements.impact.cloud import CloudView, connected
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
-from studies.measurements.plug import PlugView
+from studies.plugs.plug import PlugView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
-from studies.measurements.whole import WholeView
-from studies.scenarios.debris_cloud import Breakup, Melting
+from studies.decks.whole import WholeView
+from studies.measurements.impact.matter import Breakup, Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3

@@ -12,7 +12,7 @@ from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
-from studies.measurements.plug import view as view_of_plug
+from studies.plugs.plug import view as view_of_plug
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (

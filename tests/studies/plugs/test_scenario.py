@@ -1,0 +1,56 @@
+"""Methods of a plugging: the coupled plate, what is measured of it, what is refused, and identities."""
+
+import numpy as np
+import pytest
+
+from solver.simulation import start
+from solver.state import Snapshot
+from studies.plugs.plug import PlugView, view
+from studies.scenarios import Setting
+from tests.contracts.test_scenarios import asked, built
+
+COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
+STEEL, WIDTH, THICKNESS, SPACING = 7850.0, 40e-3, 12e-3, 2e-3  # of the plate and its particles
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(scope="module")
+def coupled() -> tuple[Setting, Snapshot]:
+    setting = built(asked("plugging", **COUPLED))
+    return setting, start(setting.problem, threads=1).snapshot()
+
+
+def seen(setting: Setting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
+    particles = snapshot.particles._replace(**changes)
+    return view(setting, snapshot._replace(particles=particles))
+
+
+def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(coupled: tuple[Setting, Snapshot]) -> None:
+    elements, _, particles = coupled[0].problem.bodies
+    whole = STEEL * WIDTH**2 * THICKNESS
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    nodes = {tuple(place) for place in elements.position}
+    shared = [tuple(place) for place in particles.position if tuple(place) in nodes]
+    assert len(shared) == (2 * 10 + 1) * 7
+    assert all(max(x, y) == 20e-3 for x, y, _ in shared)
+
+
+def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: tuple[Setting, Snapshot]) -> None:
+    whole = seen(*coupled)
+    assert whole.attached[~whole.projectile].all()
+    assert not whole.has_plug
+    assert whole.mass[~whole.projectile].sum() == pytest.approx(4.0 * STEEL * WIDTH**2 * THICKNESS)
+
+
+def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(coupled: tuple[Setting, Snapshot]) -> None:
+    setting, snapshot = coupled
+    particles = snapshot.particles
+    radius = np.hypot(particles.position[:, 0], particles.position[:, 1])
+    plate = snapshot.body != 1
+    damage = particles.damage.copy()
+    damage[plate & (radius > 9e-3) & (radius < 14e-3)] = 1.0
+    cut = seen(setting, snapshot, damage=damage)
+    inside = plate & (radius <= 9e-3)
+    assert cut.has_plug
+    np.testing.assert_array_equal(cut.core, inside)
+    np.testing.assert_array_equal(cut.attached, plate & (radius >= 14e-3))
