@@ -8,8 +8,8 @@ import xarray as xr
 
 from studies.cubes.points import axes_of, places_of, simulated_values
 from studies.cubes.reading import finite
-from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.plugs.section import EQUATION, SOURCE, FittedConstant, ResidualCurve, ResidualVelocities
+from studies.quantities.least_squares import NotIdentified, nonlinear
 from studies.reports.figure import Figure, Panel, Scale, Series, numbers
 from studies.reports.section import Part, Source
 from studies.reports.view import title_of

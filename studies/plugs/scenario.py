@@ -29,7 +29,15 @@ from studies.scenarios.parts.matter import (
     failures,
     matter,
 )
-from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
+from studies.scenarios.parts.method import (
+    REPULSION,
+    MethodChoice,
+    among,
+    check_method,
+    is_coupled,
+    is_on_grid,
+    is_smoothed,
+)
 from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
@@ -137,7 +145,8 @@ class CoupledMethod(MethodChoice):
     """The choice of a method where elements may surround the particles."""
 
     method: Annotated[
-        Literal["mpm", "sph", "sph-fem"],
+        str,
+        among("mpm", "sph", "sph-fem"),
         Described(
             "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
             "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",

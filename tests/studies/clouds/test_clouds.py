@@ -11,9 +11,9 @@ from solver.matter.eos import pressure_terms
 from solver.matter.melting import residual_energy
 from solver.simulation import start
 from solver.state import Snapshot, records
+from studies.clouds.fragments import DISTRIBUTIONS
 from studies.measurements.impact.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.measurements.impact.cloud import view
-from studies.clouds.fragments import DISTRIBUTIONS
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, two_balls, value

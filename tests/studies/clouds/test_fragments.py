@@ -10,8 +10,8 @@ import pytest
 
 from solver.simulation import start
 from studies.cases.rows import Row, absolute, equal, relative
-from studies.measurements.impact.cloud import CloudView, view
 from studies.clouds.fragments import DISTRIBUTIONS, SIZES
+from studies.measurements.impact.cloud import CloudView, view
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (

@@ -12,16 +12,16 @@ from scipy.optimize import brentq
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
+from studies.decks.whole import WholeView
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
 from studies.measurements.impact.cloud import CloudView, connected
+from studies.measurements.impact.matter import Breakup, Melting
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
-from studies.plugs.plug import PlugView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
-from studies.decks.whole import WholeView
-from studies.measurements.impact.matter import Breakup, Melting
+from studies.plugs.plug import PlugView
 
 DENSITY = 8930.0
 DIAMETER = 8e-3

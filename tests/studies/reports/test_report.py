@@ -14,9 +14,9 @@ import pytest
 import xarray as xr
 
 from studies.cases.rows import Row, equal
+from studies.clouds.fragments import DISTRIBUTIONS, SIZES
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.clouds.fragments import DISTRIBUTIONS, SIZES
 from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
-from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.units import is_number, parse_quantity, readable
 
