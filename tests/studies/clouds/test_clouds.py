@@ -11,12 +11,13 @@ from solver.matter.eos import pressure_terms
 from solver.matter.melting import residual_energy
 from solver.simulation import start
 from solver.state import Snapshot, records
-from studies.clouds.fragments import DISTRIBUTIONS
-from studies.measurements.impact.cloud import SPEEDS as SPEEDS_OF_BINS
+from studies.clouds.cloud import SPEEDS as SPEEDS_OF_BINS
+from studies.measurements import distributions
 from studies.measurements.impact.cloud import view
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
-from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, two_balls, value
+from tests.studies.clouds.samples import BALLS, two_balls
+from tests.studies.measurements.states import CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, value
 
 MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
 SPEEDS = [speed for _, _, speed in BALLS]
@@ -37,7 +38,7 @@ def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> No
 
 
 def test_distribution__has_all_mass_outside_the_plate_in_the_bins_of_its_flight() -> None:
-    mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(two_balls())
+    mass = distributions.load("mass_over_velocity_and_angle").read(two_balls())
     expected = np.zeros_like(mass)
     for amount, speed in zip(MASSES, SPEEDS, strict=True):
         expected[int(speed / CLOUD_SPEED / SPEEDS_OF_BINS.width), 0] += amount

@@ -10,23 +10,14 @@ import pytest
 
 from solver.simulation import start
 from studies.cases.rows import Row, absolute, equal, relative
-from studies.clouds.fragments import DISTRIBUTIONS, SIZES
+from studies.clouds.fragments import SIZES
+from studies.measurements import distributions
 from studies.measurements.impact.cloud import CloudView, view
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from tests.contracts.test_scenarios import asked, built
-from tests.studies.measurements.states import (
-    BALLS,
-    DENSITY,
-    THICKNESS,
-    TOUGH,
-    ball,
-    cloud,
-    read,
-    reordered,
-    two_balls,
-    value,
-)
-from tests.studies.measurements.test_clouds import through
+from tests.studies.clouds.samples import BALLS, two_balls
+from tests.studies.clouds.test_clouds import through
+from tests.studies.measurements.states import DENSITY, THICKNESS, TOUGH, ball, cloud, read, reordered, value
 
 Compared = Callable[[Row], None]
 RATE = 3e5  # 1/s, along each direction
@@ -137,7 +128,9 @@ def test_distribution__has_the_known_pieces_in_the_bins_of_their_sizes(compared:
     masses = [float(state.mass[state.projectile == first].sum()) for first in (True, False)]
     for copies in (1.0, 4.0):
         several = dataclasses.replace(state, copies=np.full(state.mass.size, copies), mass=copies * state.mass)
-        number, mass = (DISTRIBUTIONS[f"{name}_over_size"].read(several) for name in ("fragments", "fragment_mass"))
+        number, mass = (
+            distributions.load(f"{name}_over_size").read(several) for name in ("fragments", "fragment_mass")
+        )
         for each, (radius, _, _) in zip(masses, BALLS, strict=True):
             size = math.cbrt(6.0 / math.pi * each / DENSITY)
             assert size == pytest.approx(2.0 * radius, rel=0.02)
@@ -149,7 +142,7 @@ def test_distribution__has_the_known_pieces_in_the_bins_of_their_sizes(compared:
         got = mass.sum() / value("mass_behind", several) - 1.0
         compared(absolute(text, expected=0.0, got=got, within=EXACT))
         assert number.sum() == 2.0 * copies
-        shuffled = DISTRIBUTIONS["fragments_over_size"].read(reordered(several))
+        shuffled = distributions.load("fragments_over_size").read(reordered(several))
         np.testing.assert_array_equal(shuffled, number)
 
 
@@ -157,7 +150,7 @@ def test_distribution__takes_the_volume_of_a_piece_at_the_density_of_its_own_mat
     """The projectile's sphere is of matter eight times lighter: with the same mass it is twice as large."""
     light = dataclasses.replace(TOUGH, density=DENSITY / 8.0)
     state = dataclasses.replace(two_balls(), diameter=PROJECTILE, breakup=(light, TOUGH))
-    number = DISTRIBUTIONS["fragments_over_size"].read(state)
+    number = distributions.load("fragments_over_size").read(state)
     sizes = np.array([2.0 * 2.0 * BALLS[0][0], 2.0 * BALLS[1][0]])  # the first ball is the projectile's
     expected = np.floor((np.log10(sizes / PROJECTILE) - SIZES.begin) / SIZES.width)
     np.testing.assert_array_equal(np.flatnonzero(number), np.sort(expected))

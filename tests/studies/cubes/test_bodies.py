@@ -13,8 +13,8 @@ from studies.cubes import cube
 from studies.reports.page import appendix, page
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from tests.studies.decks.texts import appendix_deck, soil_deck
 from tests.studies.support import fakes
-from tests.studies.support.decks import appendix_deck, soil_deck
 
 ROUND_OFF = 1e-12
 

@@ -15,7 +15,7 @@ from studies.reports.page import appendix
 from studies.reports.publish import publish
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from tests.studies.support.decks import appendix_deck
+from tests.studies.decks.texts import appendix_deck
 from tests.studies.support.printed import undrawn
 
 PUBLISHED = (*SWEEP_FILES, APPENDIX_HTML, ALL_RUNS_CSV)

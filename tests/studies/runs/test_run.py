@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable
+from itertools import chain
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ from studies.runs.run import Run, resolve
 from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
 from tests.contracts.test_scenarios import SMALL
 from tests.contracts.test_scenarios import asked as contract_run
+from tests.studies import samples
 
 COPPER = materials.load("copper-ofhc")
 PLATE = SMALL["thin_plate"]
@@ -86,8 +88,7 @@ def test_identity__is_changed_by_every_physical_constant_of_each_material(path: 
 
 # A constant that a measurement or a model takes, a material that has it, and two runs: only the second uses it.
 TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str]]]] = [
-    ("tension.fracture_toughness", "al-6061-t6", ("thin_plate", {}), ("debris_cloud", {})),
-    ("tension.surface_tension", "copper-ofhc", ("thin_plate", {}), ("debris_cloud", {})),
+    *chain(*samples.offered("TAKEN")),
     ("tension.spall_strength", "copper-ofhc", ("thin_plate", {"tension": "unlimited"}), ("thin_plate", {})),
     ("spall.strength", "copper-ofhc", ("thin_plate", {"failure": "none"}), ("thin_plate", {})),
     ("fracture.D1", "weldox-460-e", ("thin_plate", {}), ("thin_plate", {"failure": "modified-johnson-cook"})),
