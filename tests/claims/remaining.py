@@ -1,6 +1,7 @@
 """What a tree without a feature is tried with, in a process of its own: ``python -m tests.claims.remaining STEP``."""
 
 import json
+import math
 import signal
 import socket
 import subprocess
@@ -16,15 +17,15 @@ from studies import laws, measurements, scenarios
 SWEEP = {
     "name": "small",
     "scenario": "thin_plate",
-    "axes": {"speed": ["3 km/s", "4 km/s"]},
-    "resolution": 4,
+    "axes": {"speed": ["5 km/s", "6 km/s"]},
+    "resolution": 8,
     "fixed": {
         "projectile": "copper-ofhc",
         "target": "copper-ofhc",
         "projectile_diameter": "8 mm",
-        "plate_thickness": "4 mm",
-        "plate_radius": "12 mm",
-        "end_time": "4 us",
+        "plate_thickness": "2 mm",
+        "plate_radius": "20 mm",
+        "end_time": "20 us",
     },
 }
 SECONDS = 300  # in which a service answers
@@ -43,6 +44,7 @@ def computed() -> str:
     assert cube["run_state"].values.tolist() == [0, 0]
     sections = json.loads((Path(folder) / "report.json").read_text(encoding="utf-8"))
     diameters = cube["hole_diameter"].values.tolist()
+    assert all(map(math.isfinite, diameters))
     return f"{cube.sizes['speed']} runs, hole_diameter {diameters}, report with {len(sections)} keys"
 
 

@@ -76,7 +76,7 @@ def tried(tree: Path, tests: tuple[str, ...] = SHARED) -> Iterator[Tried]:
     for step in STEPS:
         yield _step(tree, step, "tests.claims.remaining", step)
     there = [test for test in tests if (tree / test).exists()]
-    yield _step(tree, "tested", "pytest", "-q", "--tb=short", "-p", "no:cacheprovider", *there)
+    yield _step(tree, "tested", "pytest", "-q", "--tb=short", *there)
 
 
 def _step(tree: Path, name: str, *module: str) -> Tried:

@@ -15,9 +15,9 @@ from studies.cases.rows import Row, equal
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, declared, marks
 from studies.runs.run import Run
+from tests import samples
 from tests.contracts.test_scenarios import asked, built, given_of
 from tests.solver.bodies import after
-from tests.studies import samples
 
 STEPS = 12
 # What needs longer than these steps to act, by what it changes: seen in the problem.

@@ -14,10 +14,10 @@ from studies import measurements, scenarios
 from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting, SetUp
+from tests import samples
 from tests.claims.marked import claimed
+from tests.samples import ANY, CELLS, CYLINDER, DIAMETER, SHOT
 from tests.solver.bodies import after
-from tests.studies import samples
-from tests.studies.samples import ANY, CELLS, CYLINDER, DIAMETER, SHOT
 
 ROUND_OFF = 1e-12
 MOMENTUM, ENERGY = 1e-10, 0.01  # what ten steps may lose, of the initial values

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from studies.measurements.impact.cloud import CloudView
+from tests.samples import ANY, CYLINDER, DIAMETER, SHOT
 from tests.studies.measurements.states import (
     CLOUD_SPEED,
     DENSITY,
@@ -22,7 +23,6 @@ from tests.studies.measurements.states import (
     lattice,
     line,
 )
-from tests.studies.samples import ANY, CYLINDER, DIAMETER, SHOT
 
 BALLS = (2.5e-3, 30e-3, 3000.0), (2e-3, 45e-3, 5000.0)  # radius, middle (m), axial velocity (m/s)
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from studies.decks.whole import WholeView
+from tests.samples import ANY
 from tests.studies.decks.texts import appendix_deck, detonation_deck, fluid_deck, soil_deck
-from tests.studies.samples import ANY
 
 
 def whole(speed: float) -> WholeView:

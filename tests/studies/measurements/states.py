@@ -20,7 +20,7 @@ from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
-from tests.studies import samples
+from tests import samples
 
 DENSITY = 8930.0
 DIAMETER = 8e-3

@@ -15,7 +15,7 @@ from studies.measurements import History
 from studies.measurements.bar import rear_face_place
 from studies.measurements.wall import WallView
 from studies.quantities.measured import DEFINITION
-from tests.studies import samples
+from tests import samples
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,

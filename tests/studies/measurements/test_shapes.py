@@ -12,7 +12,7 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.state import empty_table, views
 from studies.cases.rows import Row, absolute, relative
 from studies.measurements.impact.view import ImpactView, view
-from tests.studies import samples
+from tests import samples
 from tests.studies.measurements.states import (
     CELL,
     DENSITY,

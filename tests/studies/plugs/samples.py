@@ -9,8 +9,8 @@ import numpy as np
 
 from studies.measurements import History
 from studies.plugs.plug import PlugView
+from tests.samples import ANY
 from tests.studies.measurements.states import CELL, PARTICLE, lattice, line
-from tests.studies.samples import ANY
 
 STEEL = 7850.0
 PUNCH, PUNCHED, PUNCHED_TO = 20e-3, 12e-3, 60e-3  # diameter of the projectile, thickness and radius of the plate

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from solver.steppers import methods
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.display import (
     KINDS,
@@ -27,6 +28,7 @@ from studies.reports.document import Head
 from studies.reports.drawing.charts import chart
 from studies.reports.section import sections
 from studies.sweeps.axes import Axis
+from tests.samples import needs
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page, undrawn, undrawn_page
@@ -38,8 +40,9 @@ SWEEPS = {
     "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
-    "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
+if "sph" in methods():
+    SWEEPS["methods"] = sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH)
 DRAWN = ("grid", "words")  # with numbers on the axes, and with words
 Case = tuple[xr.Dataset, dict, Page]
 
@@ -128,7 +131,7 @@ def test_pages__every_text_is_the_one_in_the_document(case: Case, shown: Page) -
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
 
 
-@pytest.mark.parametrize("name", ["grid", "methods"])
+@pytest.mark.parametrize("name", ["grid", pytest.param("methods", marks=needs("sph"))])
 def test_page__opens_with_headline_figure_and_numbers(name: str) -> None:
     _, _, html = made(name)
     parts = ('class="headline"', 'data-plot="opening"', 'class="numbers"', "</section>", 'id="laws"', 'id="setup"')

@@ -19,8 +19,8 @@ from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.results import RunResult
 from studies.runs.run import Run
+from tests import samples
 from tests.contracts.test_scenarios import asked
-from tests.studies import samples
 
 FILE = Path(__file__).with_name("regression.json")
 # Another processor rounds sums in another way: code for a generic one (NUMBA_CPU_NAME) moved eight of the cases by up

@@ -8,8 +8,8 @@ from typing import Any
 
 from studies.runs.execution import execute
 from studies.runs.run import Run
+from tests import samples
 from tests.contracts import test_scenarios as contract
-from tests.studies import samples
 
 PLATE = {"plate_thickness": 2e-3, "plate_radius": 16e-3, "end_time": 4e-6}
 # On top of the small parameters of each scenario's contract.

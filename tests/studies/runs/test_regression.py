@@ -16,8 +16,8 @@ from studies import scenarios
 from studies.cases.rows import Row, equal
 from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
+from tests import samples
 from tests.claims.marked import claimed
-from tests.studies import samples
 from tests.studies.runs.regression import ALL, CASES, FILE, RELATIVE, computed, run_of, stored
 
 COMMAND = "python -m tests.studies.runs.regression"

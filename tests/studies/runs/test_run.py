@@ -16,9 +16,9 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.run import Run, resolve
 from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
+from tests import samples
 from tests.contracts.test_scenarios import SMALL
 from tests.contracts.test_scenarios import asked as contract_run
-from tests.studies import samples
 
 COPPER = materials.load("copper-ofhc")
 PLATE = SMALL["thin_plate"]

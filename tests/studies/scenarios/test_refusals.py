@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from studies.quantities.findings import InvalidInput
+from tests import samples
 from tests.contracts.test_scenarios import asked
-from tests.studies import samples
 
 STRAIN = {"failure": "plastic-strain", "failure_strain": 1.0}
 SPALL = {"failure": "spall", "failure_time": 1e-6}

@@ -14,6 +14,7 @@ from studies.runs.run import Run
 from studies.sweeps.cost import cost_of
 from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 
 SEARCH = Search("perforated", 100.0, 200.0, 2.0)
 DOCUMENT: dict[str, Any] = {
@@ -98,6 +99,7 @@ def test_search__goes_on_from_results_alone() -> None:
     assert sorted(order) == list(limit.tried)
 
 
+@needs("plugging")
 def test_sweep__searches_each_point_of_the_other_axes() -> None:
     sweep = Sweep.parse(DOCUMENT)
     assert [point.coordinates["speed"] for point in sweep.runs()[::2]] == [100.0, 150.0, 200.0]
@@ -114,6 +116,7 @@ def test_sweep__searches_each_point_of_the_other_axes() -> None:
     assert len(runs) == sum(len(limit.tried) for _, limit in limits)
 
 
+@needs("plugging")
 @pytest.mark.parametrize(
     ("change", "field"),
     [
@@ -131,12 +134,14 @@ def test_search__is_refused_with_its_field(change: dict[str, Any], field: str) -
     assert [finding.field for finding in refused.value.findings] == [field]
 
 
+@needs("plugging")
 @pytest.mark.parametrize("change", [{"combine": "zip"}, {"model_part": "screen"}])
 def test_search__is_of_a_grid_without_screening(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"limit|zip"):
         Sweep.parse({**DOCUMENT, **change})
 
 
+@needs("plugging")
 def test_search__on_several_grids_leaves_open_what_they_disagree_about() -> None:
     """The coarse grid perforates from 120, the fine one from 140 m/s."""
     sweep = Sweep.parse({**DOCUMENT, "resolution": [8, 12]})
@@ -245,6 +250,7 @@ def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open()
         Sweep.parse(short).runs()
 
 
+@needs("plugging")
 @pytest.mark.parametrize(
     ("change", "field"),
     [

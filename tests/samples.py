@@ -3,7 +3,7 @@
 Names that shared tests ask for: ``SMALL``, ``RESOLUTION``, ``VARIED`` and ``COMPILED_ALONE`` of scenarios
 (``tests/contracts/test_scenarios.py``), ``STATES``, ``FOLLOWED``, ``KNOWN``, ``NO_VALUE`` and ``DOUBTED`` of
 measurements (``tests/studies/measurements``), ``SOLVED``, ``CASES`` and ``LONG`` of runs (``tests/studies/runs``), and
-``REFUSED`` of parameters.
+``REFUSED`` of parameters. Of the solver ``PROBLEMS`` and ``LONG`` (``tests/solver/test_checkpoint.py``).
 """
 
 from collections.abc import Mapping
@@ -31,20 +31,20 @@ ANY: tuple[dict[str, Any], ...] = ({"courant": 0.9}, {"particles_per_cell": 1}, 
 
 
 @cache
-def modules() -> tuple[ModuleType, ...]:
-    """The modules of samples."""
-    files = sorted(Path(__file__).parent.glob("*/samples.py"))
-    return tuple(import_module(f"tests.studies.{file.parent.name}.samples") for file in files)
+def modules(floor: str = "studies") -> tuple[ModuleType, ...]:
+    """The modules of samples of a floor."""
+    files = sorted(Path(__file__).parent.glob(f"{floor}/*/samples.py"))
+    return tuple(import_module(f"tests.{floor}.{file.parent.name}.samples") for file in files)
 
 
-def offered(name: str) -> list[Any]:
+def offered(name: str, floor: str = "studies") -> list[Any]:
     """What each feature offers under a name."""
-    return [getattr(module, name) for module in modules() if hasattr(module, name)]
+    return [getattr(module, name) for module in modules(floor) if hasattr(module, name)]
 
 
-def joined(name: str, own: dict[Any, Any]) -> dict[Any, Any]:
+def joined(name: str, own: dict[Any, Any], floor: str = "studies") -> dict[Any, Any]:
     """A table with the rows of all features."""
-    return own | {key: value for table in offered(name) for key, value in table.items()}
+    return own | {key: value for table in offered(name, floor) for key, value in table.items()}
 
 
 def is_there(scenario: str, changes: Mapping[str, Any]) -> bool:
@@ -53,6 +53,6 @@ def is_there(scenario: str, changes: Mapping[str, Any]) -> bool:
 
 
 def needs(*names: str) -> pytest.MarkDecorator:
-    """The mark of a test that takes a feature's scenario as its example: skipped where that is not there."""
-    missing = [name for name in names if name not in scenarios.names()]
-    return pytest.mark.skipif(bool(missing), reason=f"no scenario {', '.join(missing)}")
+    """The mark of a test that takes the scenarios, or methods, of features as its example: skipped without them."""
+    missing = {*names} - {*scenarios.names(), *methods()}
+    return pytest.mark.skipif(bool(missing), reason=f"no {', '.join(sorted(missing))}")
