@@ -7,7 +7,7 @@ of the fitted points and their source, so that nothing else is needed to evaluat
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeGuard
 
 from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
@@ -56,9 +56,9 @@ class FittedLaw:
     range: FittedRange
     source: str
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, object]:
         """The law as plain values that ``read_law`` reads as itself."""
-        limits: dict[str, Any] = {"speed": [readable(each, "m s-1") for each in self.range.speed]}
+        limits: dict[str, object] = {"speed": [readable(each, "m s-1") for each in self.range.speed]}
         if self.range.thickness_ratio is not None:
             limits["thickness_ratio"] = list(self.range.thickness_ratio)
         return {
@@ -125,7 +125,7 @@ def _materials(law: FittedLaw) -> Limit:
 # ---- from a document -----------------------------------------------------------------------------
 
 
-def read_law(document: Any, path: str) -> FittedLaw:
+def read_law(document: object, path: str) -> FittedLaw:
     """The law of a document; raises InvalidInput with every finding, each below ``path``."""
     if not isinstance(document, Mapping):
         raise refusal(path, document, "the content of the file of a fit", EXAMPLE)
@@ -135,7 +135,7 @@ def read_law(document: Any, path: str) -> FittedLaw:
 class _Reading:
     """One document being read, with the findings so far."""
 
-    def __init__(self, document: Mapping[str, Any], path: str):
+    def __init__(self, document: Mapping[str, object], path: str):
         self.document, self.path, self.findings = document, path, Findings()
 
     def law(self) -> FittedLaw:
@@ -180,7 +180,7 @@ class _Reading:
         self._refuse(key, text, f"a text of at most {LONGEST} characters", EXAMPLE)
         return ""
 
-    def _number(self, key: str, raw: Any, low: float, high: float) -> float:
+    def _number(self, key: str, raw: object, low: float, high: float) -> float:
         if isinstance(raw, int | float) and is_number(raw) and low <= raw <= high and math.isfinite(raw):
             return float(raw)
         self._refuse(key, raw, f"a number from {low:g} to {high:g}", EXAMPLE)
@@ -207,19 +207,19 @@ class _Reading:
         if not isinstance(stated, Mapping) or not set(stated) <= set(RANGE_KEYS):
             self._refuse("range", stated, f"a mapping with {', '.join(RANGE_KEYS)}", EXAMPLE)
             stated = {}
-        materials: Any = stated.get("materials")
-        if not _is_pair(materials) or not all(isinstance(each, str) for each in materials):
+        materials = stated.get("materials")
+        if not _is_pair(materials) or not all(isinstance(name, str) for name in materials):
             self._refuse("range.materials", materials, "[projectile, target]", EXAMPLE)
             materials = ("", "")
-        thickness: Any = stated.get("thickness_ratio")
+        thickness = stated.get("thickness_ratio")
         return FittedRange(
             speed=self._pair("range.speed", stated.get("speed"), "m s-1"),
             thickness_ratio=None if thickness is None else self._pair("range.thickness_ratio", thickness, "1"),
             length_ratio=self._pair("range.length_ratio", stated.get("length_ratio"), "1"),
-            materials=(materials[0], materials[1]),
+            materials=(str(materials[0]), str(materials[1])),
         )
 
-    def _pair(self, key: str, raw: Any, unit: str) -> tuple[float, float]:
+    def _pair(self, key: str, raw: object, unit: str) -> tuple[float, float]:
         """Two numbers in SI, the smaller first."""
         if not _is_pair(raw):
             self._refuse(key, raw, "[smallest, largest]", EXAMPLE)
@@ -234,5 +234,5 @@ class _Reading:
         return (low, high)
 
 
-def _is_pair(raw: Any) -> bool:
+def _is_pair(raw: object) -> TypeGuard[Sequence[object]]:
     return isinstance(raw, Sequence) and not isinstance(raw, str) and len(raw) == 2
