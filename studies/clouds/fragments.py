@@ -57,7 +57,7 @@ def _pieces(view: CloudView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     _, first, piece = np.unique(view.fragment[came_off], return_index=True, return_inverse=True)
     copies = view.copies[came_off][first]
     mass = view.mass[came_off]
-    density = np.where(view.projectile[came_off], *(each.density for each in view.breakup))
+    density = np.where(view.projectile[came_off], *(matter.density for matter in view.breakup))
     of_pieces = (np.bincount(piece.ravel(), weights) / copies for weights in (mass, mass / density))
     return (*of_pieces, copies)
 
@@ -170,7 +170,7 @@ def _sizes(view: CloudView, ways: tuple[str, ...], rate: float) -> tuple[list[fl
     """Sizes of the fragments of each matter behind the plate in some ways to break (m), and flags of those unknown."""
     came_off = _came_off(view)
     bodies = zip(view.breakup, (view.projectile, ~view.projectile), strict=True)
-    kinds = [each for each, mine in bodies if mine[came_off].any()]
+    kinds = [matter for matter, mine in bodies if mine[came_off].any()]
     sizes = {way: [WAYS[way][0](matter, rate) for matter in kinds] for way in ways}
     known = [size for of_way in sizes.values() for size in of_way if size is not None]
     return known, tuple(WAYS[way][1] for way, of_way in sizes.items() if None in of_way)

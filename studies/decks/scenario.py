@@ -173,7 +173,7 @@ class DeckRun(SetUp):
     def size(self, materials: Materials) -> Size:
         deck, fine = self.read, self.refinement
         sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
-        speeds = [math.hypot(*each.velocity) for each in deck.velocities]
+        speeds = [math.hypot(*stated.velocity) for stated in deck.velocities]
         speed = max([*speeds, 1e-9 * sound]) + math.hypot(*deck.gravity) * self.end
         dt = self.numerics.mean_step(deck.cell / fine, sound=sound, speed=speed)
         return Size(particles=deck.particles * fine**3, steps=math.ceil(self.end / dt))

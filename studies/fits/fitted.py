@@ -58,7 +58,7 @@ class FittedLaw:
 
     def document(self) -> dict[str, object]:
         """The law as plain values that ``read_law`` reads as itself."""
-        limits: dict[str, object] = {"speed": [readable(each, "m s-1") for each in self.range.speed]}
+        limits: dict[str, object] = {"speed": [readable(end, "m s-1") for end in self.range.speed]}
         if self.range.thickness_ratio is not None:
             limits["thickness_ratio"] = list(self.range.thickness_ratio)
         return {
@@ -68,7 +68,8 @@ class FittedLaw:
             "form": self.form.name,
             "equation": self.form.equation_for(self.quantity),
             "constants": {
-                name: {"value": each.value, "low": each.low, "high": each.high} for name, each in self.constants.items()
+                name: {"value": constant.value, "low": constant.low, "high": constant.high}
+                for name, constant in self.constants.items()
             },
             "level": self.level,
             "points": self.points,
@@ -79,9 +80,10 @@ class FittedLaw:
 
     def as_law(self) -> Law:
         """The law as every other one, for cube and report."""
-        constants = [each.value for each in self.constants.values()]
+        constants = [constant.value for constant in self.constants.values()]
         stated = ", ".join(
-            f"{name} = {each.value:.4g} ({each.low:.4g} to {each.high:.4g})" for name, each in self.constants.items()
+            f"{name} = {constant.value:.4g} ({constant.low:.4g} to {constant.high:.4g})"
+            for name, constant in self.constants.items()
         )
 
         def ratio(shot: Shot, variant: str) -> float:
@@ -225,7 +227,7 @@ class _Reading:
             self._refuse(key, raw, "[smallest, largest]", EXAMPLE)
             return (math.nan, math.nan)
         try:
-            low, high = (float(parse_quantity(each, unit, f"{self.path}.{key}")) for each in raw)
+            low, high = (float(parse_quantity(end, unit, f"{self.path}.{key}")) for end in raw)
         except InvalidInput as error:
             self.findings.extend(error.findings)
             return (math.nan, math.nan)

@@ -100,7 +100,7 @@ def view(setting: ImpactSetting, snapshot: "Snapshot") -> PlugView:
     names = [body.name for body in problem.bodies]
     body = problem.bodies[names.index(setting.target)]
     plate = snapshot.body[living] != names.index("projectile")
-    origins = np.concatenate([each.position[:, axis] for each in problem.bodies])
+    origins = np.concatenate([body.position[:, axis] for body in problem.bodies])
     whole = plate & (particles.damage[living] < 1.0)
     cell = np.floor((position - problem.geometry.lower) / problem.geometry.spacing)
     cell = np.where(problem.geometry.cells > 0, cell, 0.0).astype(np.int64)

@@ -107,12 +107,12 @@ def view(setting: DebrisSetting, snapshot: "Snapshot") -> CloudView:
 
     position = np.concatenate([particles.position[living], flown(problem, departed, snapshot.time)])
     velocity, body = whole("velocity"), np.concatenate([snapshot.body[living], departed.body])
-    initial = np.concatenate([each.position for each in problem.bodies])
+    initial = np.concatenate([own.position for own in problem.bodies])
     if problem.arrivals is not None:  # they have the last numbers of all
         initial = np.concatenate([initial, problem.arrivals.table[X : Z + 1].T])
     initial = initial[whole("number")]
     across = [0] if axis == 1 else [0, 1]
-    names = [each.name for each in problem.bodies]
+    names = [own.name for own in problem.bodies]
     target = body == names.index(setting.target)
     on_grid = np.arange(body.size) < living.sum()
     rim = rim_of(setting, position[:, across], position[:, axis], target & on_grid)
@@ -138,7 +138,7 @@ def view(setting: DebrisSetting, snapshot: "Snapshot") -> CloudView:
         fragment=fragment,
         copies=_copies(problem, axis, cell, fragment),
         cell=problem.geometry.spacing,
-        width=max(each.spacing[axis] for each in problem.bodies),
+        width=max(own.spacing[axis] for own in problem.bodies),
         thickness=setting.thickness,
         diameter=setting.projectile_diameter,
         speed=setting.speed,

@@ -21,7 +21,7 @@ def connected(cell: np.ndarray) -> np.ndarray:
     occupied, of = np.unique(cell @ stride, return_inverse=True)
     pairs = []
     # Half of the neighbours: the others see the pair from their side.
-    for offset in [each for each in product((-1, 0, 1), repeat=3) if each > (0, 0, 0)]:
+    for offset in [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]:
         wanted = occupied + np.array(offset) @ stride
         place = np.searchsorted(occupied, wanted)
         found = np.flatnonzero(occupied[np.minimum(place, occupied.size - 1)] == wanted)
