@@ -2,8 +2,8 @@
 
 A copy of the tree loses the folders of the feature and of those that need it (``[tool.whipple.features]`` of
 pyproject.toml), their tests, and their lines of entry points. The copy then lists what it has, computes a small sweep
-with its report, starts the service, and passes the tests that all features share; with ``--all`` every test of solver
-and studies. ``tests/claims/test_removal.py`` makes claims of it.
+with its report, starts the service, imports every test of solver and studies, and passes those that all features share;
+with ``--all`` every one. ``tests/claims/test_removal.py`` makes claims of it.
 """
 
 import argparse
@@ -24,12 +24,11 @@ from tests.claims.remaining import STEPS
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist", "site", "demo", "data")
 SHARED = (
-    "tests/contracts/test_scenarios.py",
-    "tests/contracts/test_measurements.py",
     "tests/contracts/test_laws.py",
-    "tests/studies/scenarios",
-    "tests/studies/measurements",
+    "tests/contracts/test_measurements.py",
     "tests/studies/runs/test_regression.py",
+    "tests/studies/scenarios/test_refusals.py",
+    "tests/studies/sweeps/test_sweep.py",
 )
 ALL = ("tests/solver", "tests/contracts", "tests/studies")
 MINUTES = 40.0  # after which a step has failed
@@ -75,6 +74,7 @@ def tried(tree: Path, tests: tuple[str, ...] = SHARED) -> Iterator[Tried]:
     """The steps, on a copy of the tree."""
     for step in STEPS:
         yield _step(tree, step, "tests.claims.remaining", step)
+    yield _step(tree, "collected", "pytest", "-q", "--collect-only", *ALL)
     there = [test for test in tests if (tree / test).exists()]
     yield _step(tree, "tested", "pytest", "-q", "--tb=short", *there)
 
