@@ -158,9 +158,9 @@ def reordered(state: Any) -> Any:
     """A state, and the states in it, with its particles in another order."""
     if isinstance(state, tuple):
         return tuple(map(reordered, state))
-    if not dataclasses.is_dataclass(state):
+    if not dataclasses.is_dataclass(type(state)):
         return state
-    inside: Any = dataclasses.replace(state, **{name: reordered(value) for name, value in vars(state).items()})
+    inside = dataclasses.replace(state, **{name: reordered(value) for name, value in vars(state).items()})
     return chosen(inside, np.random.default_rng(0).permutation(inside.mass.size)) if hasattr(inside, "mass") else inside
 
 

@@ -7,7 +7,7 @@ from solver.simulation import start
 from solver.state import Snapshot
 from solver.steppers import methods
 from studies.plugs.plug import PlugView, view
-from studies.scenarios import Setting
+from studies.plugs.scenario import PluggingSetting
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.plugs.samples import COUPLED
 
@@ -16,19 +16,21 @@ ROUND_OFF = 1e-12
 
 
 @pytest.fixture(scope="module")
-def coupled() -> tuple[Setting, Snapshot]:
+def coupled() -> tuple[PluggingSetting, Snapshot]:
     if "sph-fem" not in methods():
         pytest.skip("no elements are there")
     setting = built(asked("plugging", **COUPLED))
     return setting, start(setting.problem, threads=1).snapshot()
 
 
-def seen(setting: Setting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
+def seen(setting: PluggingSetting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
     particles = snapshot.particles._replace(**changes)
     return view(setting, snapshot._replace(particles=particles))
 
 
-def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(coupled: tuple[Setting, Snapshot]) -> None:
+def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(
+    coupled: tuple[PluggingSetting, Snapshot],
+) -> None:
     elements, _, particles = coupled[0].problem.bodies
     whole = STEEL * WIDTH**2 * THICKNESS
     assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
@@ -38,14 +40,16 @@ def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(coup
     assert all(max(x, y) == 20e-3 for x, y, _ in shared)
 
 
-def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: tuple[Setting, Snapshot]) -> None:
+def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: tuple[PluggingSetting, Snapshot]) -> None:
     whole = seen(*coupled)
     assert whole.attached[~whole.projectile].all()
     assert not whole.has_plug
     assert whole.mass[~whole.projectile].sum() == pytest.approx(4.0 * STEEL * WIDTH**2 * THICKNESS)
 
 
-def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(coupled: tuple[Setting, Snapshot]) -> None:
+def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(
+    coupled: tuple[PluggingSetting, Snapshot],
+) -> None:
     setting, snapshot = coupled
     particles = snapshot.particles
     radius = np.hypot(particles.position[:, 0], particles.position[:, 1])
