@@ -13,10 +13,11 @@ from tests.studies.plugs.samples import COUPLED
 
 STEEL, WIDTH, THICKNESS, SPACING = 7850.0, 40e-3, 12e-3, 2e-3  # of the plate and its particles
 ROUND_OFF = 1e-12
+Coupled = tuple[PluggingSetting, Snapshot]
 
 
 @pytest.fixture(scope="module")
-def coupled() -> tuple[PluggingSetting, Snapshot]:
+def coupled() -> Coupled:
     if "sph-fem" not in methods():
         pytest.skip("no elements are there")
     setting = built(asked("plugging", **COUPLED))
@@ -28,9 +29,7 @@ def seen(setting: PluggingSetting, snapshot: Snapshot, **changes: np.ndarray) ->
     return view(setting, snapshot._replace(particles=particles))
 
 
-def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(
-    coupled: tuple[PluggingSetting, Snapshot],
-) -> None:
+def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(coupled: Coupled) -> None:
     elements, _, particles = coupled[0].problem.bodies
     whole = STEEL * WIDTH**2 * THICKNESS
     assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
@@ -40,16 +39,14 @@ def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(
     assert all(max(x, y) == 20e-3 for x, y, _ in shared)
 
 
-def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: tuple[PluggingSetting, Snapshot]) -> None:
+def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: Coupled) -> None:
     whole = seen(*coupled)
     assert whole.attached[~whole.projectile].all()
     assert not whole.has_plug
     assert whole.mass[~whole.projectile].sum() == pytest.approx(4.0 * STEEL * WIDTH**2 * THICKNESS)
 
 
-def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(
-    coupled: tuple[PluggingSetting, Snapshot],
-) -> None:
+def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(coupled: Coupled) -> None:
     setting, snapshot = coupled
     particles = snapshot.particles
     radius = np.hypot(particles.position[:, 0], particles.position[:, 1])
