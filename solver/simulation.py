@@ -10,9 +10,7 @@ import numpy as np
 
 from solver.audit import Audit, BodyBalance, Books, Ledger, Totals, audit, body_balances, left_behind, summed, totals
 from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
-from solver.coupling import CoupledStepper
 from solver.errors import ProblemError, UnphysicalState
-from solver.fem.step import ElementStepper
 from solver.grid.debris import clear_debris
 from solver.grid.flight import flown_columns, is_on_grid
 from solver.grid.step import Stepper, shares_of
@@ -22,7 +20,6 @@ from solver.matter.failure import weakens
 from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
 from solver.problem.geometry import node_count
-from solver.sph.step import ParticleStepper
 from solver.state import (
     LIGHTING,
     MASS,
@@ -39,8 +36,9 @@ from solver.state import (
     reordered,
     views,
 )
+from solver.steppers import stepper_of
 from solver.steps.crossing import exit_face
-from solver.steps.method import Method, Partition
+from solver.steps.method import Partition
 from solver.steps.points import StateLimits, Tally, first_fault, unphysical
 from solver.steps.threads import ThreadPool, asked_threads
 from solver.steps.timestep import fastest, first_step, joining_step, stable_step
@@ -159,7 +157,7 @@ class Simulation:
         self.particles = views(self.table)
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(problem.particle_count)
-        self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
+        self.stepper = stepper_of(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._left: tuple[BodyBalance, ...] = ()  # in the stages before
         self._departures = [NONE_DEPARTED]
@@ -514,15 +512,6 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     index = np.repeat(np.arange(len(sizes)), sizes)
     pool = ThreadPool(threads_for(problem.particle_count, threads, shares))
     return Simulation(problem, table, index, time=problem.start_time, pool=pool, shares=shares)
-
-
-def _method(problem: Problem) -> type[Method]:
-    """The class whose steps compute a problem."""
-    if all(body.mesh for body in problem.bodies):
-        return ElementStepper
-    if any(body.mesh for body in problem.bodies):
-        return CoupledStepper
-    return Stepper if problem.smoothing is None else ParticleStepper
 
 
 def _remembers(body: Body) -> bool:

@@ -16,10 +16,10 @@ from docs.pages import keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.answers.answer import ask
-from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.observations import written
 from studies.observations.compared import FEWEST, STORED, bias_and_scatter, ratio, stored
 from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
+from studies.quantities.least_squares import CONFIDENCE
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import published_shots
 

@@ -56,7 +56,7 @@ def fit(
     """Fit forms of laws to the points of a cube or to shots; compare them with each other and with published laws."""
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
-    from studies.laws.fitting.forms import FORMS
+    from studies.fits.forms import FORMS
 
     fitted = []
     for measured in _measured(source, quantity, at or []):
@@ -180,8 +180,8 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.cubes.reading import open_cube
+    from studies.fits.forms import SIZES
     from studies.fits.measured import of_cube, of_table, quantities_of
-    from studies.laws.fitting.forms import SIZES
 
     if source.lower().endswith(TABLES) or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -208,7 +208,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 
 def _print_fits(fits: "list[FittedForm]") -> None:
     from studies.fits.fit import compared, verdicts
-    from studies.laws.fitting.forms import dimension_of
+    from studies.fits.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

@@ -59,9 +59,9 @@ class StepRule(IntEnum):
 
 
 class Mesh(NamedTuple):
-    """The elements between the nodes of a body: ``solver/fem``."""
+    """The elements between the nodes of a body: ``solver/methods/fem``."""
 
-    kind: Any  # a record of solver/fem/elements.py
+    kind: Any  # a record of solver/methods/fem/elements.py
     nodes: np.ndarray  # (e, nodes of an element) indices of the body's particles
 
 
@@ -106,17 +106,17 @@ class ArtificialViscosity(NamedTuple):
 
 
 class Smoothing(NamedTuple):
-    """The numerics of smoothed particles: ``solver/sph``.
+    """The numerics of smoothed particles: ``solver/methods/sph``.
 
     The viscosity acts between pairs of particles, in place of that of the problem; with ``heating`` 1 its work heats.
     """
 
-    function: Any  # a record of solver/sph/smoothing.py
+    function: Any = None  # a record of solver/methods/sph/smoothing.py; None: the cubic spline
     ratio: Dimensionless = 1.3  # smoothing length over the particle spacing, (m / rho)^(1/d)
     corrected: bool = True  # gradients that are exact for linear fields
     viscosity: ArtificialViscosity = ArtificialViscosity(1.0, 2.0)
     tensile: Dimensionless = 0.0  # artificial stress, of the tension
-    # Of contact between solids, of rho c^2 (``solver/sph/contact.py``); with 0 bodies meet in the sums.
+    # Of contact between solids, of rho c^2 (``solver/methods/sph/contact.py``); with 0 bodies meet in the sums.
     stiffness: Dimensionless = 0.0
 
 

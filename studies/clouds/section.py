@@ -23,7 +23,7 @@ class FragmentSizes:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.clouds.fragments import fragment_sizes_of
+    from studies.clouds.sizes import fragment_sizes_of
 
     return fragment_sizes_of(source)
 

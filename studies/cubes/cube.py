@@ -41,6 +41,7 @@ from studies.cubes.variable import (
     variable_name,
 )
 from studies.laws import Code, Reason
+from studies.measurements import distributions
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
 from studies.quantities.parameters import Parameter
@@ -225,10 +226,8 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
 def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
-    from studies.measurements.fragments import DISTRIBUTIONS
-
     for name in {name: None for cell in layout.cells.flat for name in cell.result.distributions}:
-        distribution = DISTRIBUTIONS[name]
+        distribution = distributions.load(name)
         for bins in distribution.bins:
             yield _column(declared.bins_variable(bins), _records(bins.middles))
         shape = [bins.count for bins in distribution.bins]

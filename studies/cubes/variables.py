@@ -11,11 +11,11 @@ parameter from its scenario, and neither needs an edit here.
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
 from studies.laws import SPEED, THICKNESS_RATIO, RangeStatus, in_words, range_in_words
+from studies.measurements.distributions import Bins, Distribution
 from studies.quantities.parameters import Parameter
 
 SCHEMA_VERSION = 1
@@ -114,13 +114,13 @@ EQUIVALENT_DIAMETER = _number_of_run(
 # ---- of a run: its distributions; a record is an array --------------------------------------------
 
 
-def bins_variable(bins: Any) -> Variable:
-    """The coordinate of some bins (``studies.measurements.cloud``); a record is the middle of one."""
+def bins_variable(bins: Bins) -> Variable:
+    """The coordinate of some bins; a record is the middle of one."""
     meaning = f"{bins.meaning}; middles of bins {bins.width:.6g} wide"
     return Variable(bins.name, meaning, float, (bins.name,), bins.unit, label=bins.title)
 
 
-def distribution_variable(distribution: Any) -> Variable:
+def distribution_variable(distribution: Distribution) -> Variable:
     """The variable of a distribution."""
     return Variable(
         distribution.name,

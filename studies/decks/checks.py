@@ -169,14 +169,14 @@ def _cells(state: DeckState, axis: int, cell: float, line: int) -> int:
 
 def _gravity(stated: list[DeckGravity], bodies: int) -> Vector:
     """That of all bodies; later lines of the deck overrule earlier ones."""
-    by_body = {each.body: each for each in stated}
-    for each in by_body.values():
-        if each.body > bodies:
-            refuse_line(each.line, f"body {each.body}", "a body of the deck", "correct its number")
+    by_body = {pull.body: pull for pull in stated}
+    for pull in by_body.values():
+        if pull.body > bodies:
+            refuse_line(pull.line, f"body {pull.body}", "a body of the deck", "correct its number")
     if not by_body:
         return 0.0, 0.0, 0.0
     last = stated[-1]
-    if len(by_body) < bodies or any(each.acceleration != last.acceleration for each in by_body.values()):
+    if len(by_body) < bodies or any(pull.acceleration != last.acceleration for pull in by_body.values()):
         limit = f"one gravity for all {bodies} bodies"
         refuse_line(last.line, f"gravity of body {last.body} alone", limit, "write grav for each")
     return last.acceleration

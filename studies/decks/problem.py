@@ -251,12 +251,12 @@ def _velocities(deck: Deck) -> "list[np.ndarray]":
         np.array([row[0] for row in body.rows]) if body.lattice is None else body.first + np.arange(body.count)
         for body in deck.bodies
     ]
-    for each in deck.velocities:
+    for given in deck.velocities:
         for index, body in enumerate(deck.bodies):
-            if each.number == {"component": body.component, "body": index + 1}.get(each.of):
-                speeds[index][:] = each.velocity
-            elif each.of == "particle":
-                speeds[index][numbers[index] == each.number] = each.velocity
+            if given.number == {"component": body.component, "body": index + 1}.get(given.of):
+                speeds[index][:] = given.velocity
+            elif given.of == "particle":
+                speeds[index][numbers[index] == given.number] = given.velocity
     return speeds
 
 

@@ -159,7 +159,7 @@ class _Reader(Words):
     # Macros
 
     def _title(self, word: DeckWord) -> None:
-        self.state.title = " ".join(each.text for each in self.on_line(word.line))[:200]
+        self.state.title = " ".join(follower.text for follower in self.on_line(word.line))[:200]
         self.at += len(self.on_line(word.line))
 
     def _count(self, word: DeckWord) -> None:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies import laws
+from studies.fits.fitted import FittedConstant, FittedLaw, FittedRange
+from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
-from studies.laws.fitting.fitted import FittedConstant, FittedLaw, FittedRange
-from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
-from studies.laws.fitting.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
+from studies.quantities.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
 from studies.quantities.units import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.fits.surrogate import Surrogate
-from studies.laws.fitting.least_squares import CONFIDENCE
+from studies.quantities.least_squares import CONFIDENCE
 
 # Points of each of the two designs, a power of two; the function is evaluated (inputs + 2) times as often.
 SAMPLES = 4096

@@ -21,8 +21,8 @@ from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS, RUN_ID
 from studies.fits.measured import number_or_text, source_of
-from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.quantities.findings import Finding, Findings, MissingExtra, nearest_cure, refusal, shown
+from studies.quantities.least_squares import CONFIDENCE
 from studies.quantities.measured import CLOSED_ON_AXIS, TOO_COARSE
 from studies.quantities.parameters import Parameter, parse_value
 from studies.quantities.units import readable

@@ -1,10 +1,10 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
-its debris (``cloud``) and the pieces of that (``fragments``), the plug of a plate (``plug``), a shield (``shield``) and
-its wall (``wall``), a bar (``bar``), two plates (``plates``), everything on the grid (``whole``). ``view`` of a
-family makes its view of a snapshot, which hides whether the model was a body of revolution or a quarter in three
-dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
+a shield (``shield``) and its wall (``wall``), a bar (``bar``), two plates (``plates``); features offer theirs through
+entry points. ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
+or a quarter in three dimensions; holes, craters and debris have theirs in the folder ``impact``, which offers no
+measurement. Arrays over bins are ``distributions``.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
@@ -110,41 +110,6 @@ class Measurement:
 def measurement(**fields: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
     """Make a function that reads a view, or a history, the measurement of its name; the other fields are given."""
     return lambda definition: Measurement(name=definition.__name__, definition=definition, **fields)
-
-
-@dataclass(frozen=True)
-class Bins:
-    """Bins of equal width; what lies beyond the first or last edge is in the first or last bin."""
-
-    name: str
-    title: str
-    unit: str
-    meaning: str
-    width: float
-    count: int
-    begin: float = 0.0  # of the first bin
-
-    @property
-    def middles(self) -> list[float]:
-        """The middle of each bin."""
-        return [self.begin + (place + 0.5) * self.width for place in range(self.count)]
-
-    def place(self, values: "np.ndarray") -> "np.ndarray":
-        """The bin (n,) of each value."""
-        return ((values - self.begin) / self.width).astype(int).clip(0, self.count - 1)
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A quantity over bins, read off the last state of a run. Bins are those of every run, so coordinates of a cube."""
-
-    name: str
-    title: str
-    unit: str
-    meaning: str
-    bins: tuple[Bins, ...]
-    read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
-    version: int = 1
 
 
 def names() -> list[str]:

@@ -1,6 +1,6 @@
 """A shield: the holes of its bumpers and the debris behind the last of them, each at the end of the bumper's stage.
 
-Their definitions are those of a hole (``hole``) and of a debris cloud (``cloud``); those of the wall are in ``wall``.
+Their definitions are those of a hole (``hole``) and of debris (``impact/cloud``); those of the wall are in ``wall``.
 """
 
 import math
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, Reading
-from studies.measurements import cloud as cloud_family
-from studies.measurements.cloud import CloudView
 from studies.measurements.hole import hole_diameter
+from studies.measurements.impact.cloud import TOTALS, VELOCITIES, CloudView
+from studies.measurements.impact.cloud import view as cloud_view
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.impact.view import view as impact_view
 from studies.measurements.wall import LATE, NOT_REACHED, WallView, wall_of
@@ -36,7 +36,7 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
     before, bumpers = setting.before, tuple(each.bumper for each in setting.before)
     wall, coming, is_half = None, 1.0, setting.problem.geometry.lower[0] < 0.0
     if len(before) < setting.bumpers:
-        bumpers, cloud = (*bumpers, impact_view(setting, snapshot)), cloud_family.view(setting, snapshot)
+        bumpers, cloud = (*bumpers, impact_view(setting, snapshot)), cloud_view(setting, snapshot)
     else:
         wall, cloud = wall_of(setting, snapshot), before[-1].cloud
     if before:
@@ -116,7 +116,7 @@ def _of_cloud(name: str, short: str) -> Measurement:
     return replace(of_cloud, name=f"shield_{short}", title=title, meaning=meaning, definition=read)
 
 
-_CLOUD = {each.name: each for each in cloud_family.MEASUREMENT}
+_CLOUD = {each.name: each for each in (*TOTALS, *VELOCITIES)}
 
 MEASUREMENT = (
     _hole_of("bumper", "the bumper", 0),

@@ -48,7 +48,7 @@ def bias_and_scatter(rows: Sequence[Mapping[str, Any]]) -> tuple[int, tuple[floa
     """
     import numpy as np
 
-    from studies.laws.fitting.least_squares import linear
+    from studies.quantities.least_squares import linear
 
     ratios = np.array([value for value in map(ratio, rows) if not math.isnan(value)])
     if len(ratios) < FEWEST:

@@ -8,8 +8,8 @@ import xarray as xr
 
 from studies.cubes.points import axes_of, places_of, simulated_values
 from studies.cubes.reading import finite
-from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.plugs.section import EQUATION, SOURCE, FittedConstant, ResidualCurve, ResidualVelocities
+from studies.quantities.least_squares import NotIdentified, nonlinear
 from studies.reports.figure import Figure, Panel, Scale, Series, numbers
 from studies.reports.section import Part, Source
 from studies.reports.view import title_of
@@ -36,7 +36,7 @@ def _curves(dataset: xr.Dataset) -> Iterator[ResidualCurve]:
     values = simulated_values(dataset, RESIDUAL).ravel()
     groups: dict[tuple[tuple[str, float | str], ...], list[tuple[float, float]]] = {}
     for place, value in zip(places_of(dataset), values, strict=True):
-        others = tuple((name, each) for name, each in place.items() if name != SPEED)
+        others = tuple((name, at) for name, at in place.items() if name != SPEED)
         if math.isfinite(value):
             groups.setdefault(others, []).append((float(place[SPEED]), float(value)))
     for others, points in groups.items():
@@ -89,7 +89,7 @@ def _figure(dataset: xr.Dataset, curves: tuple[ResidualCurve, ...]) -> Figure:
     panels = []
     for curve in curves:
         series = [Series("quantity", "simulation", curve.speed, numbers(curve.residual_velocity), connected=False)]
-        constants = [each.value for each in (curve.a, curve.p, curve.v_bl) if each and each.value is not None]
+        constants = [fitted.value for fitted in (curve.a, curve.p, curve.v_bl) if fitted and fitted.value is not None]
         if len(constants) == len(CONSTANTS):
             x = np.linspace(min(constants[2], *curve.speed), max(curve.speed), CURVE)
             y = recht_ipson(x, *constants)

@@ -32,6 +32,7 @@ from solver.state import MASS
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
+from studies.measurements import distributions
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import RunObserver
@@ -290,15 +291,8 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
 
 def _distributions(observer: RunObserver) -> dict[str, Any]:
     """The distributions of the scenario, read off the last state."""
-    names = observer.scenario.distributions
-    if not names:
-        return {}
-    from studies.measurements.fragments import DISTRIBUTIONS
-
-    return {
-        name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}
-        for name in names
-    }
+    read = [distributions.load(name) for name in observer.scenario.distributions]
+    return {one.name: {"version": one.version, "values": one.read(observer.last_view).tolist()} for one in read}
 
 
 def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:

@@ -4,8 +4,7 @@ What a run measured carries the version of the definition that it was read with.
 measurement is read off the final state once more. How a measurement grew belongs to its old definition, and a final
 state cannot tell it: the history of one that was read again is its last value alone, its uncertainty has no part for
 growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A measurement that looks at the
-history of others can be read again only while theirs is of today's definition; else it keeps its value and gets the
-same flag.
+history of others keeps its value and gets the same flag.
 """
 
 import math
@@ -53,10 +52,11 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     if not chosen:
         return result
     renewed = dict(result.measurements)
-    view = None if all(measurement.follows for measurement in chosen) else _view_of(run, result, state)
+    read = [measurement for measurement in chosen if not measurement.follows]
+    view = _view_of(run, result, state) if read else None
     for measurement in chosen:
         if measurement.follows:
-            renewed[measurement.name] = _from_histories(run, measurement, result)
+            renewed[measurement.name] = _kept(measurement, result)
         else:
             renewed[measurement.name] = _from_state(run, measurement, measurement.read(view), result)
     # Names as the scenario has them, then those that it no longer has.
@@ -64,7 +64,7 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     renewed_result = replace(
         result,
         measurements={name: renewed[name] for name in order},
-        provenance={**result.provenance, "remeasured": _provenance(result, chosen, by)},
+        provenance={**result.provenance, **({"remeasured": _provenance(result, read, by)} if read else {})},
     )
     return with_mesh_errors(run, renewed_result)
 
@@ -100,26 +100,10 @@ def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     return scenarios.load(run.scenario).parameters.view(setting, snapshot)
 
 
-def _from_histories(run: Run, measurement: Measurement, result: RunResult) -> Measured:
-    """A measurement read off stored histories; where one of them is incomplete or outdated it keeps its value."""
-    import numpy as np
-
-    from studies.measurements import History
-
-    longest = max((len(m.history["time"]) for m in result.measurements.values()), default=0)
-    followed = {name: result.measurements.get(name, NEVER) for name in measurement.follows}
-    for name, measured in followed.items():
-        is_whole = 0 < len(measured.history["time"]) == longest
-        if not is_whole or measured.version != measurements.load(name).version:
-            before = result.measurements.get(measurement.name)
-            kept = before or replace(NEVER, version=measurement.version)
-            return replace(kept, flags=tuple(dict.fromkeys((*kept.flags, NEEDS_SOLVING))))
-    times = next(iter(followed.values())).history["time"]
-    values = {
-        name: np.array([math.nan if v is None else v for v in measured.history["value"]], float)
-        for name, measured in followed.items()
-    }
-    return _measured(run, measurement, measurement.read(History(np.array(times, float), values)), result)
+def _kept(measurement: Measurement, result: RunResult) -> Measured:
+    """A measurement of the course of a run, with the flag that it has to be solved again."""
+    before = result.measurements.get(measurement.name) or replace(NEVER, version=measurement.version)
+    return replace(before, flags=tuple(dict.fromkeys((*before.flags, NEEDS_SOLVING))))
 
 
 def _from_state(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:

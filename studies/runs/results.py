@@ -68,7 +68,7 @@ class RunResult:
     stop: str = ""  # "settled", "end_time"
     # Of the whole bodies, not of a sector: "time" (s), names of the "bodies", and lists over time, by body or alone.
     histories: Mapping[str, Any] = field(default_factory=dict)
-    # By name (studies.measurements.cloud): "version", and "values" in nested lists.
+    # By name (studies.measurements.distributions): "version", and "values" in nested lists.
     distributions: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, str | float] = field(default_factory=dict)
 

@@ -5,7 +5,7 @@ A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall 
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Pascal, Second
 from studies.quantities.findings import Finding
@@ -14,7 +14,7 @@ from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Siz
 from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Extent, Wall
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
-from studies.scenarios.parts.method import MethodChoice, check_method
+from studies.scenarios.parts.method import MethodChoice, among, check_method
 from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ class BarMethod(MethodChoice):
     """The choice of a method for a bar."""
 
     method: Annotated[
-        Literal["mpm", "sph", "fem", "sph-fem"],
+        str,
+        among("mpm", "sph", "fem", "sph-fem"),
         Described(
             "material points on a grid (mpm), smoothed particles (sph), hexahedra (fem), or hexahedra in the half away "
             "from the wall, coupled to smoothed particles in the other one (sph-fem); the latter three in three "

@@ -4,10 +4,11 @@ import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from studies import materials as shipped
 from studies import measurements, scenarios
+from studies.laws.documents import OwnLaw, read_law
 from studies.materials import Material, read_own
 from studies.observations import AllowedNames, Observation, read_observations, written
 from studies.quantities.display import CONTROLS
@@ -29,9 +30,6 @@ from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.flat import as_sweep
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
-
-if TYPE_CHECKING:
-    from studies.laws.fitting.fitted import FittedLaw
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
@@ -222,7 +220,7 @@ class _DocumentReading:
             raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
         return read_own(document, f"materials.{name}", str(name))
 
-    def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
+    def _laws(self, terms: AllowedNames) -> tuple[OwnLaw, ...]:
         """The fitted laws; each has a name of its own and is about what the scenario measures."""
         documents = self.document.get("laws")
         if documents is None:
@@ -231,8 +229,6 @@ class _DocumentReading:
         if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
             self._refuse("laws", documents, limit, "write laws: [my-law.json]")
             return ()
-        from studies.laws.fitting.fitted import read_law
-
         read = [self.findings.attempt(read_law, document, f"laws[{place}]") for place, document in enumerate(documents)]
         laws = tuple(law for law in read if law is not None)
         for twice in repeated(tuple(law.name for law in laws)):

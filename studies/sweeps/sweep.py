@@ -40,7 +40,7 @@ from studies.sweeps.written import document_of
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws.fitting.fitted import FittedLaw
+    from studies.laws.documents import OwnLaw
     from studies.sweeps.screening import Screen
 
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
@@ -80,8 +80,8 @@ class Sweep:
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
     sampling: Sampling | None = None  # where the axes are sampled
-    # Fitted laws that are compared beside the published ones; they change no run.
-    laws: "tuple[FittedLaw, ...]" = ()
+    # Laws that are compared beside the published ones; they change no run.
+    laws: "tuple[OwnLaw, ...]" = ()
     # Mesh error of each point, relative, from which its cells follow; None where they are stated.
     accuracy: float | None = None
     # What it chose for each point (one for all values of a searched axis) when the sweep was accepted, which keeps its

@@ -15,8 +15,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from solver.fem.elements import Hexahedron, Quadrilateral
-from solver.fem.mesh import lattice, node_masses
+from solver.methods.fem.elements import Hexahedron, Quadrilateral
+from solver.methods.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start

@@ -11,7 +11,7 @@ import pytest
 from studies import measurements
 from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
 from studies.quantities.measured import ERROR_UNKNOWN
-from tests.studies.measurements.states import CELL, STATES, looks_at, read, reordered
+from tests.studies.measurements.states import CELL, looks_at, read, reordered, states
 
 UNITS = {"m", "m3", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1", "s-1"}
 
@@ -24,7 +24,7 @@ def name(request: pytest.FixtureRequest) -> str:
 @cache
 def state_of(kind: type, state: str, *, in_order: bool = True) -> Any:
     """A state for all measurements of its kind, of which each asks it for the same walls and masses."""
-    return STATES[kind][state]() if in_order else reordered(state_of(kind, state))
+    return states()[kind][state]() if in_order else reordered(state_of(kind, state))
 
 
 @cache
@@ -34,7 +34,7 @@ def reading_of(name: str, state: str) -> Reading:
 
 def readings(name: str) -> Iterator[tuple[str, Reading]]:
     """What a measurement reads off each state of its kind."""
-    for state in STATES[looks_at(name)]:
+    for state in states()[looks_at(name)]:
         yield state, reading_of(name, state)
 
 

@@ -14,26 +14,18 @@ from studies import measurements, scenarios
 from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting, SetUp
+from tests import samples
 from tests.claims.marked import claimed
+from tests.samples import ANY, CELLS, CYLINDER, DIAMETER, SHOT
 from tests.solver.bodies import after
-from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
-DIAMETER, CELLS = 8e-3, 4.0
 ROUND_OFF = 1e-12
 MOMENTUM, ENERGY = 1e-10, 0.01  # what ten steps may lose, of the initial values
 ESTIMATE = 3.0  # factor within which the estimated number of particles must lie
 
-SHOT = {
-    "speed": 3000.0,
-    "projectile_diameter": DIAMETER,
-    "projectile": "copper-ofhc",
-    "target": "copper-ofhc",
-    "cells_per_diameter": CELLS,
-}
-# A scenario's own parameters, small; a new scenario brings its own.
-SMALL: dict[str, dict[str, Any]] = {
+# A scenario's own parameters, small; a new scenario brings its own, that of a feature in its samples.
+OWN: dict[str, dict[str, Any]] = {
     "thin_plate": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
-    "debris_cloud": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
     "whipple_shield": {
         **{name: value for name, value in SHOT.items() if name != "target"},
         "bumper": "copper-ofhc",
@@ -48,24 +40,23 @@ SMALL: dict[str, dict[str, Any]] = {
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
     "plate_impact": {"flyer_thickness": 4e-3, "cells_per_thickness": 20.0},
-    "plugging": {"speed": 300.0, "cells_per_diameter": 10.0, "plate_radius": 30e-3},
-    "deck": {"deck": appendix_deck()},
 }
+SMALL = samples.joined("SMALL", OWN)
 # Parameter that sets the resolution of a grid, and the extent that has that many cells.
-RESOLUTION = {"plate_impact": ("cells_per_thickness", "cells_per_thickness"), "deck": ("refinement", "refinement")}
+RESOLUTION = samples.joined("RESOLUTION", {"plate_impact": ("cells_per_thickness", "cells_per_thickness")})
+# Axes along which a finer grid has more particles, where they are not two: a column of plates stays one cell wide.
+DIMENSIONS = samples.joined("DIMENSIONS", {"plate_impact": 1})
 IMPACTS = ("thick_plate", "thin_plate")
 BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
 EDGES = ("fixed", "free")
 Changes = dict[str, Any]
-CYLINDER: Changes = {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER}
 CORNERS: tuple[tuple[str, Changes], ...] = tuple(
     (name, {"geometry": geometry, "projectile_shape": "sphere", "edges": edges, **shape})
     for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, ({}, CYLINDER), EDGES)
 )
 OBLIQUE: Changes = {"geometry": "half", **CYLINDER, "obliquity": math.radians(40.0), "yaw": math.radians(-15.0)}
 SQUARE: Changes = {"section": "square", "geometry": "quarter"}
-UNBROKEN: Changes = {"failure": "none", "thermal_softening": False}
 PULLED: Changes = {"speed": 0.0, "bar_length": 20e-3, "pressure": -1e8, "pulse": "0 us 1, 1 us 0", **SQUARE}
 QUARTERS: tuple[Changes, ...] = (  # of a bar
     {"geometry": "quarter"},
@@ -74,17 +65,9 @@ QUARTERS: tuple[Changes, ...] = (  # of a bar
     SQUARE,
     PULLED,
 )
-ANY: tuple[Changes, ...] = ({"courant": 0.9}, {"particles_per_cell": 1}, {"particles_per_cell": 4})
-PLUGGING: tuple[Changes, ...] = (
-    *ANY,
-    {"nose": "conical"},
-    {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
-    {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
-    {"speed": 2000.0},
-)
 # Each is a corner by itself, of the small parameters; the far ends of what the fields allow among them.
 VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
-    (tuple(name for name in SMALL if name != "plugging"), ANY),
+    (tuple(OWN), ANY),
     (IMPACTS, ({"courant": 0.01},)),
     # The step does these alike whatever it was given: one scenario stands for all.
     (
@@ -112,14 +95,6 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {"projectile": "al-2024-t3"},
             {"target": "al-2024-t3"},
             OBLIQUE,
-        ),
-    ),
-    (
-        ("debris_cloud",),
-        (
-            {"geometry": "quarter", "debris": "retire"},
-            {"geometry": "half", "edges": "fixed"},
-            {**CYLINDER, "end_time": 1e-5},
         ),
     ),
     (
@@ -158,7 +133,7 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {"speed": 1.0},
         ),
     ),
-    (("deck",), ({"contact": "none"}, {"refinement": 2}, {"step": "stable"}, {"end_time": 1e-6})),
+    *itertools.chain(*samples.offered("VARIED")),
 )
 VARIATIONS = CORNERS + tuple(
     (name, change) for scenarios_of, changes in VARIED for name in scenarios_of for change in changes
@@ -173,12 +148,7 @@ COMPILED_ALONE: tuple[tuple[str, Changes], ...] = (
     *(("taylor_bar", changes) for changes in QUARTERS),
     ("taylor_bar", {"geometry": "quarter", "recipe": "thesis"}),
     ("plate_impact", {"strength": "material", "eos_form": "cubic"}),
-    *(("plugging", changes) for changes in PLUGGING),
-    ("plugging", {"geometry": "quarter", "nose": "hemispherical", "shape": "quadratic-bspline", **UNBROKEN}),
-    ("plugging", {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"}),
-    ("deck", {"deck": detonation_deck(20)}),
-    ("deck", {"deck": soil_deck()}),
-    ("deck", {"deck": fluid_deck()}),
+    *itertools.chain(*samples.offered("COMPILED_ALONE")),
 )
 EVERY = VARIATIONS + COMPILED_ALONE
 
@@ -319,7 +289,6 @@ def test_estimate__grows_with_resolution(scenario: Scenario) -> None:
     for cells in (16.0, 32.0):
         given = asked(scenario.name, **{parameter: cells})
         sizes.append(given_of(given).size(materials_of(given)))
-    # A column of plates stays one cell wide, and a deck is refined in three dimensions.
-    dimensions = {"plate_impact": 1, "deck": 3}.get(scenario.name, 2)
+    dimensions = DIMENSIONS.get(scenario.name, 2)
     assert math.isclose(sizes[1].particles / sizes[0].particles, 2.0**dimensions, rel_tol=0.01)
     assert math.isclose(sizes[1].steps / sizes[0].steps, 2.0, rel_tol=0.01)

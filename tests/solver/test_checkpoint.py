@@ -21,17 +21,14 @@ from solver.checkpoints import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
-from solver.fem.elements import Hexahedron, Quadrilateral
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
+from tests import samples
 from tests.claims.marked import claimed
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
-from tests.solver.test_coupling import bar, pressing
-from tests.solver.test_fem import problem_of, squeezing
 from tests.solver.test_flight import arriving
-from tests.solver.test_sph import REPELLING, impact
 from tests.solver.test_strays import closing
 
 END = 6e-6  # s: more than two reorderings of the arrays
@@ -71,11 +68,6 @@ def at_wall() -> Problem:
     return Problem(geometry, (body,), faces, end_time=2.0 * END)
 
 
-SHORT: dict[str, Any] = {
-    "fixed_dt": 1e-8,
-    "end_time": 1.2e-6,
-}  # more than two reorderings for other methods than the grid
-
 # Each has something of its own to carry, above zero in the run. Every shape and scheme is the case ``bits``.
 PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "outflow": (lambda: leaving("axisymmetric", end_time=END), lambda run: run.ledger.mass),
@@ -89,16 +81,10 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "retired": (with_debris, lambda run: run.departed.mass.size),
     "arrivals": (arriving, lambda run: run.arrived),
     "discarded": (lambda: closing("axisymmetric", end_time=2e-6), lambda run: run.ledger.discarded),
-    "smoothed": (lambda: impact(smoothing=REPELLING, **SHORT), lambda run: run.stepper.before[0]),
-    "elements": (lambda: problem_of(Hexahedron(), squeezing, **SHORT), lambda run: run.stepper.before[0]),
-    "elements, four points": (
-        lambda: problem_of(Quadrilateral(4), squeezing, **SHORT),
-        lambda run: run.counters.tension_floors,
-    ),
-    "coupled": (lambda: bar(pressing, **SHORT), lambda run: run.stepper.elements.before[0]),
 }
-OF_OTHER_METHODS = ("smoothed", "elements", "elements, four points", "coupled")
-IN_THE_CLAIM = {"elements, four points", "coupled"}
+OF_OTHER_METHODS = tuple(samples.joined("PROBLEMS", {}, "solver"))
+PROBLEMS |= samples.joined("PROBLEMS", {}, "solver")
+IN_THE_CLAIM = set[str]().union(*samples.offered("LONG", "solver"))
 
 
 @dataclass

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from solver.audit import Audit
-from solver.fem.elements import Hexahedron
-from solver.fem.mesh import lattice, node_masses
+from solver.methods.fem.elements import Hexahedron
+from solver.methods.fem.mesh import lattice, node_masses
+from solver.methods.sph.smoothing import CubicSpline
 from solver.problem import Body, Problem, Smoothing
 from solver.problem.geometry import Cartesian3D, grid
-from solver.sph.smoothing import CubicSpline
 from studies.cases.rows import Row, zero
 from studies.quantities.numerical_defaults import RECIPES, Recipe
 

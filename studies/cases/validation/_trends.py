@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.cubes.points import Place
-from studies.laws.fitting.least_squares import linear
 from studies.quantities.display import display_of
+from studies.quantities.least_squares import linear
 
 
 @dataclass(frozen=True)

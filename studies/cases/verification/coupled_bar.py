@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.fem.elements import Hexahedron
-from solver.fem.mesh import lattice, node_masses
+from solver.methods.fem.elements import Hexahedron
+from solver.methods.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem, Traction
 from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Outcome, simulate

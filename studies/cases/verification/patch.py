@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from solver.fem.elements import Hexahedron
-from solver.fem.mesh import lattice as mesh_of
-from solver.fem.mesh import node_masses
 from solver.matter.stress import PointState, advance
 from solver.matter.tensor import Unturned, equivalent_stress
+from solver.methods.fem.elements import Hexahedron
+from solver.methods.fem.mesh import lattice as mesh_of
+from solver.methods.fem.mesh import node_masses
 from solver.problem import ArtificialViscosity, Body, Problem, Smoothing
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from solver.steppers import meshing
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies.quantities.findings import Finding
 from studies.scenarios import Setting, SetUp, Size
@@ -201,12 +202,9 @@ class Bar:
         """A square bar of elements, or of these and of particles below them, and the place of each node or particle."""
         import numpy as np
 
-        from solver.fem.elements import Hexahedron
-        from solver.fem.mesh import lattice as nodes
-        from solver.fem.mesh import node_masses
         from solver.problem import Body
 
-        extent = self.extent
+        extent, make = self.extent, meshing(self.method.method)
         pieces, layers = (max(1, round(whole / self.step)) for whole in (0.5 * extent.diameter, extent.length))
         across = np.linspace(0.0, 0.5 * extent.diameter, pieces + 1)
         along = np.linspace(0.0, extent.length, layers + 1)
@@ -215,14 +213,14 @@ class Bar:
         parts += [("bar", 0, middle)] if middle else []
         bodies, places = [], []
         for number, (name, begin, end) in enumerate(parts):
-            position, elements = nodes(Hexahedron(), across, across, along[begin : end + 1])
+            position, elements = make.box(across, across, along[begin : end + 1])
             bodies.append(
                 Body(
                     name=name,
                     matter=matter,
                     position=position,
                     velocity=np.array([0.0, 0.0, -extent.speed]),
-                    mass=node_masses(elements, position, density),
+                    mass=make.node_masses(elements, position, density),
                     density=density,
                     spacing=(across[1], across[1], along[1]),
                     mesh=None if number else elements,

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
+from solver.steppers import methods
 from solver.units import Described, Dimensionless
 from studies.quantities.findings import Finding
-from studies.quantities.parameters import flat
+from studies.quantities.parameters import Choice, flat
 
-# Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
+# Spacings within which particles of two solids repel each other: ``solver/methods/sph/contact.py``.
 REPULSION = 1.5
 
 
@@ -30,6 +31,11 @@ def is_on_grid(parameters: Any) -> bool:
 def is_coupled(parameters: Any) -> bool:
     """Whether elements surround the smoothed particles of a run."""
     return getattr(parameters, "method", "mpm") == "sph-fem"
+
+
+def among(*names: str) -> Choice:
+    """The choice of one of some methods, of those that are there."""
+    return Choice(lambda: [name for name in names if name in methods()])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +66,8 @@ class ParticleMethod(MethodChoice):
     """The choice of a method for particles alone."""
 
     method: Annotated[
-        Literal["mpm", "sph"],
+        str,
+        among("mpm", "sph"),
         Described(
             "material points on a grid (mpm), or the same particles smoothed over their neighbours (sph), in three "
             "dimensions, whose viscosity is 1 and 2 unless it is stated"

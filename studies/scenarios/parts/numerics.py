@@ -222,14 +222,11 @@ class Numerics:
     def _smoothing(self, method: MethodChoice, viscosity: "ArtificialViscosity") -> "Smoothing | None":
         """The numerics of smoothed particles, those of their verification but for the viscosity."""
         from solver.problem import Smoothing
-        from solver.sph.smoothing import CubicSpline
 
         if not is_smoothed(method):
             return None
         stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
-        return Smoothing(
-            CubicSpline(), viscosity=viscosity, tensile=method.artificial_stress or 0.0, stiffness=stiffness
-        )
+        return Smoothing(viscosity=viscosity, tensile=method.artificial_stress or 0.0, stiffness=stiffness)
 
 
 Parameters = TypeVar("Parameters")

@@ -13,7 +13,7 @@ from tests.claims.marked import Compared
 from tests.service.pages.test_login import token_on
 from tests.service.support.api import Api, open_api
 from tests.service.support.command import run
-from tests.studies.support.decks import points_deck
+from tests.studies.decks.texts import points_deck
 
 LARGE = points_deck(1_400_000)  # MPM3D-F90's Taylor has 1 387 604 bytes
 SECONDS = 1.0  # of computing, until a refusal has been sent

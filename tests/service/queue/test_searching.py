@@ -7,9 +7,13 @@ import pytest
 from service.queue.searching import next_points
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
+from studies import scenarios
 from studies.sweeps.sweep import Point, Sweep
 from tests.service.support.harness import Harness
 from tests.service.support.targets import PERFORATES
+
+if "plugging" not in scenarios.names():
+    pytest.skip("no scenario whose limit is searched", allow_module_level=True)
 
 DOCUMENT: dict[str, Any] = {
     "scenario": "plugging",

@@ -13,8 +13,8 @@ from studies.cubes import cube
 from studies.reports.page import appendix, page
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 from tests.studies.support import fakes
-from tests.studies.support.decks import appendix_deck, soil_deck
 
 ROUND_OFF = 1e-12
 
@@ -59,6 +59,7 @@ def table(expected: dict[tuple[str, str], float], got: dict[tuple[str, str], flo
     ]
 
 
+@needs("plugging", "sph-fem")
 @pytest.mark.claim("mend-again", "sweep-over-methods", minutes=1.5)
 def test_sweep_over_methods__is_the_hand_made_table(tmp_path: Path, compared: Callable[[Row], None]) -> None:
     """A sweep over methods has the bodies of each run by name, in the cube and in the report."""
@@ -93,27 +94,3 @@ def test_sweep_over_methods__is_the_hand_made_table(tmp_path: Path, compared: Ca
         got = (run["state"], run["at"]["method"], str(dataset.contact.values[number]))
         compared(equal(f"run {number}", expected=("succeeded", method, contact), got=got))
     compared(equal("methods set beside", expected="mpm", got=report["methods"]["first"]))
-
-
-@pytest.mark.claim("mend-again", "sweep-over-decks", minutes=0.5)
-def test_sweep_over_decks__is_the_hand_made_table(tmp_path: Path, compared: Callable[[Row], None]) -> None:
-    """A sweep over decks with two bodies and one has the bodies of each run by name, in the cube and in the report."""
-    two, one = appendix_deck(), soil_deck()
-    dataset = computed({"scenario": "deck", "fixed": {"end_time": "1e-6 s"}, "axes": {"deck": [two, one]}}, tmp_path)
-    first, second, none = two.splitlines()[0], one.splitlines()[0], np.nan
-    # 129 of 130 particles of 8.9 g/cm3 and half a millimetre at 200 m/s, one at rest; 16.8 t of soil that
-    # fall at 1 m/s.
-    particle, soil = 8900.0 * 0.5e-3**3, 16800.0
-    bodies = ("component_1", "component_2", "body_1")
-    energies = (129 * 0.5 * particle * 200.0**2, 0.0, none), (none, none, 0.5 * soil)
-    momenta = (129 * particle * 200.0, 0.0, none), (none, none, -soil)
-    for kind, rows in (("kinetic_energy", energies), ("axial_momentum", momenta)):
-        expected = {
-            (run, body): value
-            for run, row in zip((first, second), rows, strict=True)
-            for body, value in zip(bodies, row, strict=True)
-        }
-        for row in table(expected, starts(dataset, kind)):
-            compared(row)
-    states = [run["state"] for run in reported(dataset)["runs"]]
-    compared(equal("states in the report", expected=["succeeded"] * 2, got=states))

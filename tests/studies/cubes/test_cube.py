@@ -27,6 +27,7 @@ from studies.sweeps.axes import Axis
 from studies.sweeps.reading import END
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import claimed
+from tests.samples import needs
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import sweep_of
 
@@ -87,6 +88,7 @@ def test_unfinished_runs__are_not_resolved_where_all_ids_are_known(monkeypatch: 
     xr.testing.assert_identical(cube.build(sweep, results, catalogue, ids[1:] + ids[:1]), whole)
 
 
+@needs("plugging")
 def test_parameter__that_some_runs_have_is_in_the_cube_and_one_that_none_has_is_not() -> None:
     document = {"scenario": "plugging", "axes": {"nose": ["blunt", "conical"]}, "fixed": {"speed": "300 m/s"}}
     sweep = Sweep.parse(document)

@@ -9,6 +9,7 @@ from studies.cubes.older import by_present_ids
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 
 GRID = {
     "scenario": "thin_plate",
@@ -43,7 +44,7 @@ def search() -> tuple[Sweep, list[dict[str, Any]]]:
     return Sweep.parse(SEARCH), [{"speed": speed} for speed in SPEEDS]
 
 
-@pytest.mark.parametrize("asked", [grid, search])
+@pytest.mark.parametrize("asked", [grid, pytest.param(search, marks=needs("plugging"))])
 def test_older_results__are_those_of_the_points_with_the_same_coordinates(
     asked: Callable[[], tuple[Sweep, list[dict[str, Any]]]],
 ) -> None:

@@ -26,7 +26,7 @@ from studies.runs.run import resolve
 from studies.runs.stages import setting_of
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
-from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
+from tests.studies.decks.texts import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
 
 MEBIBYTE = 1 << 20
 DECKS: dict[str, Callable[[], str]] = {

@@ -10,9 +10,9 @@ import pytest
 from studies import materials
 from studies.cases.rows import Row, equal
 from studies.fits.fit import FittedForm, fit, fits_of, verdicts
+from studies.fits.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
 from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
-from studies.laws.fitting.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
 from tests.studies.support.sized import CRATERS, sized_cube
 
 COPPER = materials.load("copper-ofhc")

@@ -9,9 +9,9 @@ import pytest
 
 from studies.cubes.catalogue import catalogue_of
 from studies.fits.fit import fit
+from studies.fits.fitted import FittedLaw, read_law
+from studies.fits.forms import FORMS
 from studies.fits.measured import of_cube
-from studies.laws.fitting.fitted import FittedLaw, read_law
-from studies.laws.fitting.forms import FORMS
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep

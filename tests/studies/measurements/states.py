@@ -7,21 +7,20 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
-from scipy.optimize import brentq
 
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
-from studies.measurements.cloud import CloudView, connected
+from studies.measurements.impact.cloud import CloudView
+from studies.measurements.impact.connected import connected
+from studies.measurements.impact.matter import Breakup, Melting
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
-from studies.measurements.plug import PlugView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
-from studies.measurements.whole import WholeView
-from studies.scenarios.debris_cloud import Breakup, Melting
+from tests import samples
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -156,15 +155,13 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 
 def reordered(state: Any) -> Any:
-    if isinstance(state, WallView) and not isinstance(state, ShieldView):
-        if state.wall is None:
-            return state
-        plate = reordered(state.wall.plate)
-        return dataclasses.replace(state, wall=dataclasses.replace(reordered(state.wall), plate=plate))
-    if isinstance(state, ShieldView):
-        bumpers = tuple(map(reordered, state.bumpers))
-        return dataclasses.replace(state, bumpers=bumpers, cloud=reordered(state.cloud))
-    return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
+    """A state, and the states in it, with its particles in another order."""
+    if isinstance(state, tuple):
+        return tuple(map(reordered, state))
+    if not dataclasses.is_dataclass(type(state)):
+        return state
+    inside = dataclasses.replace(state, **{name: reordered(value) for name, value in vars(state).items()})
+    return chosen(inside, np.random.default_rng(0).permutation(inside.mass.size)) if hasattr(inside, "mass") else inside
 
 
 def without(state: Any, gone: np.ndarray) -> Any:
@@ -379,120 +376,6 @@ def ball(radius: float, middle: float) -> np.ndarray:
     points = np.stack(lattice(across, across, across), axis=-1)
     inside = (points**2).sum(axis=1) < radius**2
     return points[inside] + np.array([0.0, 0.0, middle])
-
-
-BALLS = (2.5e-3, 30e-3, 3000.0), (2e-3, 45e-3, 5000.0)  # radius, middle (m), axial velocity (m/s)
-
-
-def two_balls() -> CloudView:
-    """Two separated spheres that fly along the axis; the first is the projectile's."""
-    places = [ball(radius, middle) for radius, middle, _ in BALLS]
-    speeds = [np.full((len(place), 3), (0.0, 0.0, speed)) for place, (_, _, speed) in zip(places, BALLS, strict=True)]
-    first = np.repeat([True, False], [len(place) for place in places])
-    return cloud(np.concatenate(places), np.concatenate(speeds), projectile=first)
-
-
-RING = (12e-3, 15e-3, 30e-3, 33e-3)  # inner and outer radius, lower and upper place, m
-
-
-def ring() -> CloudView:
-    """A ring with a rectangular section, of circles of particles with the mass of their lengths."""
-    inner, outer, lower, upper = RING
-    radius, depth = lattice(line(inner, outer), line(lower, upper))
-    places = np.stack([radius, np.zeros_like(radius), depth], axis=1)
-    mass = DENSITY * 2.0 * math.pi * radius * PARTICLE**2
-    return cloud(places, np.full((radius.size, 3), (0.0, 0.0, CLOUD_SPEED)), mass=mass)
-
-
-EXPANSION, CENTRE_SPEED, EXPANDED = 2e5, 4000.0, 5e-3  # 1/s, m/s, m
-
-
-def expanding_ball() -> CloudView:
-    """A ball that expands evenly about a moving centre: each velocity is that of its place, scattered in its cube."""
-    places = ball(EXPANDED, 30e-3)
-    places += np.random.default_rng(1).uniform(-0.5, 0.5, places.shape) * PARTICLE
-    velocity = EXPANSION * (places - np.array([0.0, 0.0, 30e-3]))
-    return cloud(places, velocity + np.array([0.0, 0.0, CENTRE_SPEED]))
-
-
-def capped(share: float) -> float:
-    """Distance from the middle, over the radius, of the plane beyond which a share of a ball lies."""
-    height = brentq(lambda h: 0.25 * h**2 * (3.0 - h) - share, 0.0, 2.0)
-    return float(1.0 - height)
-
-
-# Plugs
-
-STEEL = 7850.0
-PUNCH, PUNCHED, PUNCHED_TO = 20e-3, 12e-3, 60e-3  # diameter of the projectile, thickness and radius of the plate
-FRONT, REAR = 10.3e-3, 11.1e-3  # radii of the hole at the faces
-PUSHER, PLUG = 200.0, 240.0  # velocities of projectile and plug, m/s
-DISHED = 1.5e-3
-
-
-def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0) -> PlugView:
-    """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
-    hole = 0.5 * (FRONT + REAR)
-    parts = [
-        lattice(line(inner, outer), line(low, high))
-        for inner, outer, low, high in (
-            (FRONT, PUNCHED_TO, 0.0, 0.5 * PUNCHED),
-            (REAR, PUNCHED_TO, 0.5 * PUNCHED, PUNCHED),
-            (0.0, 0.9 * hole, 0.0, PUNCHED),
-            (0.9 * hole, hole, 0.0, PUNCHED),
-            (0.0, 0.5 * PUNCH, -80e-3, 0.0),
-        )
-    ]
-    of = np.repeat(np.arange(len(parts)), [part[0].size for part in parts])
-    radius, origin = (np.concatenate(each) for each in zip(*parts, strict=True))
-    moved = np.array([DISHED, DISHED, 30e-3, 30e-3, 25e-3])
-    core = (of == 2) & free
-    return PlugView(
-        radius=radius,
-        depth=origin + moved[of],
-        origin=origin,
-        velocity=np.array([plate, plate, PLUG, PLUG, speed])[of],
-        mass=2.0 * math.pi * STEEL * radius * PARTICLE**2,
-        projectile=of == 4,
-        attached=(of < 2) | ((of == 2) & (not is_open)),
-        core=core,
-        plug=core | ((of == 3) & free),
-        cell=CELL,
-        width=PARTICLE,
-        density=STEEL,
-        thickness=PUNCHED,
-        plate_radius=PUNCHED_TO,
-        projectile_diameter=PUNCH,
-    )
-
-
-def slowed(touch: float, *, perforated: float = 1.0, end: float = 200e-6, freed: float = 120e-6) -> History:
-    """A projectile that slows down evenly from the touch until its plug is free."""
-    times = np.linspace(0.0, end, 161)
-    lost = np.clip((times - touch) / (freed - touch), 0.0, 1.0) * 0.3
-    return History(
-        times,
-        {
-            "projectile_velocity": PUSHER * (1.0 - lost),
-            "perforated": np.full(times.size, perforated),
-            "plug_mass": np.where(times < freed, math.nan, 29.6e-3),
-        },
-    )
-
-
-# Everything
-
-
-def whole(speed: float) -> WholeView:
-    """Three particles of 1, 2 and 3 kg, the heaviest with a speed (m/s) along each axis."""
-    velocity = np.zeros((3, 3))
-    velocity[2] = speed, 2.0 * speed, -speed
-    return WholeView(
-        mass=np.array([1.0, 2.0, 3.0]),
-        velocity=velocity,
-        energy=np.array([10.0, 0.0, -1.0]),
-        pressure=np.array([-5e9, 2e9, 1e9]),
-    )
 
 
 # Settings and snapshots, as views ask for them
@@ -725,15 +608,6 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "without references": lambda: bar(references=(None, None, None)),
         "loaded": lambda: bar(is_loaded=True),
     },
-    WholeView: {"at rest": lambda: whole(0.0), "in flight": lambda: whole(300.0)},
-    CloudView: {
-        "two balls": two_balls,
-        "ring": ring,
-        "expanding": expanding_ball,
-        "nothing behind": lambda: dataclasses.replace(two_balls(), thickness=1.0),
-        "joined": lambda: dataclasses.replace(two_balls(), plate=two_balls().projectile),
-        "never melts": lambda: dataclasses.replace(two_balls(), melting=("never_melts", MELTING)),
-    },
     PlateView: {
         "before the touch": lambda: plates(0.0),
         "just met": lambda: plates(0.1 * LATE),
@@ -741,11 +615,6 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "scattered": lambda: plates(LATE, scatter=0.05),
         "through": lambda: plates(1.3 * PLATE / SHOCK),
         "released": released_plates,
-    },
-    PlugView: {
-        "through": plugged,
-        "stuck": lambda: plugged(free=False, is_open=False, speed=0.0),
-        "in it": lambda: plugged(free=False, is_open=False),
     },
     History: {
         "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, placed=0)),
@@ -759,12 +628,18 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
 def joined(push: History, front: History) -> History:
     """Everything that any measurement follows, cut to the shortest history."""
     size = min(push.times.size, front.times.size)
-    plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
+    values = {**push.values, **front.values, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
     values |= {"free_surface_velocity": 1e5 * rise, "acoustic_stress": 1e12 * rise}
+    for followed in samples.offered("FOLLOWED"):
+        values |= followed()
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
+
+
+def states() -> dict[type, dict[str, Callable[[], Any]]]:
+    """The states of all kinds, those of features included."""
+    return samples.joined("STATES", STATES)
 
 
 def looks_at(name: str) -> type:

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,24 +15,19 @@ from studies.measurements import History
 from studies.measurements.bar import rear_face_place
 from studies.measurements.wall import WallView
 from studies.quantities.measured import DEFINITION
+from tests import samples
 from tests.studies.measurements.states import (
-    BALLS,
     BAR_DIAMETER,
     BAR_LENGTH,
     BAR_SPEED,
     BREADTH,
     BULGE,
     CELL,
-    CENTRE_SPEED,
     CRATER,
     DENSITY,
     DEPTH,
     DIAMETER,
-    DISHED,
     EDGE,
-    EXPANDED,
-    EXPANSION,
-    FRONT,
     HOLE,
     IMPEDANCE,
     LATE,
@@ -41,19 +37,13 @@ from tests.studies.measurements.states import (
     PIT,
     PLATE,
     PLATE_SPEED,
-    PLUG,
     PRESSURE,
-    PUNCHED,
-    PUSHER,
     RADIUS,
-    REAR,
-    RING,
     ROUND_OFF,
     SCAB,
     SHOCK,
     SHOCKED,
     SPALL_SPEED,
-    STEEL,
     TENTH,
     THICKNESS,
     WALL,
@@ -61,14 +51,12 @@ from tests.studies.measurements.states import (
     bar,
     bored_half_space,
     bulged,
-    capped,
     collared_disc,
     cratered,
     crushed,
     dented_disc,
     drawn_in,
     drilled_disc,
-    expanding_ball,
     fallen_back,
     flared,
     hollowed_half_space,
@@ -81,22 +69,18 @@ from tests.studies.measurements.states import (
     parted,
     pit,
     plates,
-    plugged,
     plugged_out,
     pushed,
     read,
     rectangle,
     released_plates,
-    ring,
     running,
     scabbed,
     scooped_half_space,
-    slowed,
     smeared,
     straight,
     stretched,
     surface,
-    two_balls,
     value,
     walled,
     with_particle,
@@ -226,22 +210,6 @@ def bars(shape: Callable[[np.ndarray], np.ndarray]) -> list[Build]:
     return [partial(bar, shape, round_model=flat) for flat in (False, True)]
 
 
-def quarter_balls() -> Any:
-    """Each ball of a quarter that touches no plane is one of four."""
-    state = two_balls()
-    copies = np.where(state.projectile, 4.0, 1.0)
-    return dataclasses.replace(state, copies=copies, mass=state.mass * copies)
-
-
-MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
-SPEEDS = [speed for _, _, speed in BALLS]
-WEIGHED = list(zip(MASSES, SPEEDS, strict=True))
-MOMENTUM, KINETIC = sum(m * v for m, v in WEIGHED), sum(0.5 * m * v**2 for m, v in WEIGHED)
-# The radius and the length of the ring that a hundredth of its mass exceeds.
-INNER, OUTER, LOWER, UPPER = RING
-RING_RADIUS = math.sqrt(OUTER**2 - 0.01 * (OUTER**2 - INNER**2))
-RING_LENGTH = UPPER - 0.01 * (UPPER - LOWER) - THICKNESS
-CYLINDER = STEEL * math.pi * (0.5 * (FRONT + REAR)) ** 2 * PUNCHED  # mass of the plug
 CAP = (0.25 * DIAMETER) ** 2 / (4.0 * CRATER)  # half of a flat column's floor lies below it
 REFERENCES = (0.9 * BAR_LENGTH, 1.25 * BAR_DIAMETER, 0.8 * BAR_DIAMETER)
 BEHIND = SHOCKED * DENSITY
@@ -408,37 +376,7 @@ KNOWN: list[tuple[str, Build, float, float]] = [
             ("spall_strength", 0.5 * IMPEDANCE * 51.0),
         )
     ),
-    ("mass_behind", two_balls, sum(MASSES), ROUND_OFF * sum(MASSES)),
-    ("momentum_behind", two_balls, MOMENTUM, ROUND_OFF * MOMENTUM),
-    ("kinetic_energy_behind", two_balls, KINETIC, ROUND_OFF * KINETIC),
-    *((f"{name}_before", two_balls, 0.0, 0.0) for name in ("mass", "momentum", "kinetic_energy", "internal_energy")),
-    *((f"tip_velocity_{share}", two_balls, SPEEDS[1], ROUND_OFF * SPEEDS[1]) for share in ("percent", "permille")),
-    ("rear_velocity", two_balls, SPEEDS[0], ROUND_OFF * SPEEDS[0]),
-    ("largest_fragment", two_balls, max(MASSES), ROUND_OFF * max(MASSES)),
-    ("fragments", quarter_balls, 5.0, 0.0),
-    ("largest_fragment", quarter_balls, max(MASSES), ROUND_OFF * max(MASSES)),
-    ("cloud_radius", ring, RING_RADIUS, TENTH),
-    ("cloud_radius_place", ring, 0.5 * (LOWER + UPPER) - THICKNESS, TENTH),
-    ("cloud_length", ring, RING_LENGTH, TENTH),
-    ("cloud_length_over_diameter", ring, 0.5 * RING_LENGTH / RING_RADIUS, 0.5 * RING_LENGTH * TENTH / RING_RADIUS**2),
-    *(
-        (f"tip_velocity_{name}", expanding_ball, CENTRE_SPEED + EXPANSION * EXPANDED * capped(of), EXPANSION * TENTH)
-        for name, of in (("percent", 0.01), ("permille", 0.001))
-    ),
-    ("hole_diameter_front", plugged, 2.0 * FRONT, PARTICLE),
-    ("hole_diameter_rear", plugged, 2.0 * REAR, PARTICLE),
-    ("dishing", plugged, DISHED, 1e-6 * DISHED),
-    ("plug_mass", plugged, CYLINDER, CYLINDER * PARTICLE / FRONT),
-    ("plug_velocity", plugged, PLUG, 1e-6 * PLUG),
-    ("plug_separation", lambda: slowed(7e-6), 120e-6, 200e-6 / 160),  # to the interval between observations
-    ("perforated", plugged, 1.0, 0.0),
-    ("perforated", lambda: plugged(speed=-1.0), 0.0, 0.0),
-    ("perforated", lambda: plugged(is_open=False, speed=9.0), 0.0, 0.0),
-    # A plate that springs back may be faster than a projectile that rebounds.
-    ("perforated", lambda: plugged(is_open=False, speed=-5.0, plate=-20.0), 0.0, 0.0),
-    ("residual_velocity", lambda: slowed(7e-6), 0.7 * PUSHER, 1e-6 * PUSHER),
-    ("residual_velocity", lambda: slowed(7e-6, perforated=0.0), 0.0, 0.0),
-    *(("first_contact", lambda t=t: slowed(t), t, 1e-12) for t in (7.0e-6, 7.6e-6, 8.74e-6)),
+    *chain(*samples.offered("KNOWN")),
 ]
 
 
@@ -549,7 +487,6 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 0.6e-6)), "in_contact"),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 1.1e-6)), "in_contact"),
     ("plateau_pressure", lambda: plates(0.0), "no_shock"),
-    ("hole_diameter_front", lambda: dataclasses.replace(plugged(), projectile_diameter=0.4 * FRONT), "not_contained"),
     ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
@@ -564,21 +501,10 @@ NO_VALUE: list[tuple[str, Build, str]] = [
         )
     ),
     ("free_surface_peak", lambda: surface(0.0, 0.0), "not_arrived"),
-    *(
-        (name, lambda: dataclasses.replace(two_balls(), melting=("never_melts", two_balls().melting[1])), "never_melts")
-        for name in ("melted_share_projectile", "melted_share_behind")
-    ),
-    *(
-        (name, lambda: dataclasses.replace(two_balls(), thickness=1.0), "nothing_behind")
-        for name in ("tip_velocity_percent", "rear_velocity", "cloud_length", "largest_fragment")
-    ),
-    ("plug_mass", lambda: plugged(free=False), "no_plug"),
-    ("plug_separation", lambda: slowed(7e-6, freed=201e-6), "no_plug"),
-    ("perforated", lambda: plugged(is_open=False, speed=11.0), "undecided"),
-    ("residual_velocity", lambda: slowed(7e-6, perforated=math.nan), "undecided"),
     ("wall_perforated", lambda: WallView(None, 1.0, False, CELL), "not_reached"),
     ("wall_hole_diameter", walled, "not_perforated"),
     *((f"wall_spall_{name}", lambda: walled(pit()), "no_spall") for name in ("diameter", "velocity")),
+    *chain(*samples.offered("NO_VALUE")),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
     *((name, lambda: walled(pit(WALL - PARTICLE)), "closed_by_film") for name in ("wall_perforated", "wall_failed")),
@@ -591,7 +517,7 @@ DOUBTED: list[tuple[str, Build, str]] = [
     *((f"wall_{name}", lambda: walled(drawn_in), "rim_moved") for name in ("perforated", "bulge", "detached_spall")),
     # Nothing that is still to come closes a hole.
     *((f"wall_{name}", lambda: walled(pit(WALL), coming=0.5), "") for name in ("perforated", "failed")),
-    ("residual_velocity", lambda: slowed(7e-6, end=110e-6), "in_contact"),
+    *chain(*samples.offered("DOUBTED")),
     *((name, lambda: dented_disc(0.125), "closed_on_axis") for name in OPENINGS),
     ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),
     *((name, lambda: drilled_disc(0.51 * RADIUS), "near_rim") for name in OPENINGS),

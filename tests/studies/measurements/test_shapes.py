@@ -12,21 +12,18 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.state import empty_table, views
 from studies.cases.rows import Row, absolute, relative
 from studies.measurements.impact.view import ImpactView, view
+from tests import samples
 from tests.studies.measurements.states import (
-    BALLS,
     CELL,
     DENSITY,
     DIAMETER,
     TENTH,
-    THICKNESS,
     body_of,
-    capped,
     lattice,
     read,
     reordered,
     setting_of_plate,
     snapshot_of,
-    two_balls,
 )
 
 SCOOP = 8e-3  # radius, m
@@ -87,20 +84,6 @@ def _axes(quantity: str) -> dict[str, tuple[float, float]]:
     return {f"{quantity}_{axis}": (size, TENTH) for axis, size in sizes.items()}
 
 
-def _spheres() -> dict[str, tuple[float, float]]:
-    """Masses of whole balls, as far off as with another tenth of a cell, and the plane that 1 % of the mass exceeds."""
-    masses = [4.0 / 3.0 * math.pi * radius**3 * DENSITY for radius, _, _ in BALLS]
-    shells = [4.0 * math.pi * radius**2 * DENSITY * TENTH for radius, _, _ in BALLS]
-    radius, middle, _ = BALLS[1]
-    plane = middle + capped(0.01 * sum(masses) / masses[1]) * radius
-    return {
-        "fragments": (2.0, 0.0),
-        "largest_fragment": (max(masses), max(shells)),
-        "mass_behind": (sum(masses), sum(shells)),
-        "cloud_length": (plane - THICKNESS, TENTH),
-    }
-
-
 A, B = ELLIPSE
 BLOCK: dict[str, Any] = {"radius": 16e-3, "thickness": 12e-3}
 # State of four particles a cell (with three, a tilted crater would pass without walls at the circle that halves a
@@ -128,7 +111,7 @@ SHAPES: Mapping[str, tuple[Callable[..., Any], Mapping[str, tuple[float, float]]
             "crater_volume": (0.5 * math.pi * A * B * BOWL, math.pi * A * B * TENTH),
         },
     ),
-    "two separated spheres": (lambda per_cell=1: two_balls(), _spheres()),
+    **samples.joined("SHAPES", {}),
 }
 
 

@@ -12,7 +12,6 @@ from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
-from studies.measurements.plug import view as view_of_plug
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
@@ -181,21 +180,3 @@ def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
     snapshot.particles.deviator[:, :2] = -stress / 3.0
     expected = 0.5 * stress**2 / young / body.density
     assert np.allclose(view_of_bar(setting, snapshot).strain_energy, expected, rtol=1e-4, atol=0.0)
-
-
-def test_view_of_a_plug__has_the_failed_matter_beside_it_that_flies_with_it() -> None:
-    """A ring of failed matter stands about the core: the upper half of its inner cells flies along, and all beyond."""
-    setting = built(asked_small("plugging"))
-    snapshot = start(setting.problem).snapshot()
-    particles, plate = snapshot.particles, snapshot.body == 1
-    assert setting.target == setting.problem.bodies[1].name
-    cell, lower = setting.problem.geometry.spacing, setting.problem.geometry.lower
-    ring = np.floor((particles.position[:, 0] - lower[0]) / cell) - 8.0  # cells beyond the first eight
-    upper = particles.position[:, 1] > particles.position[plate, 1].mean()
-    beside = plate & (ring == 0.0)
-    particles.damage[plate & (ring >= 0.0) & (ring <= 2.0)] = 1.0
-    particles.velocity[plate & (ring <= 2.0), 1] = 100.0
-    particles.velocity[beside & ~upper, 1] = 40.0
-    state = view_of_plug(setting, snapshot)
-    np.testing.assert_array_equal(state.core, plate & (ring < 0.0))
-    np.testing.assert_array_equal(state.plug, state.core | (beside & upper))

@@ -1,21 +1,19 @@
 """Publishing: one call makes the three files, from a document and plain outcomes, and the cube redoes the report."""
 
 import json
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.page import appendix
 from studies.reports.publish import publish
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from tests.studies.support.decks import appendix_deck
 from tests.studies.support.printed import undrawn
 
 PUBLISHED = (*SWEEP_FILES, APPENDIX_HTML, ALL_RUNS_CSV)
@@ -104,21 +102,3 @@ def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(f
         assert np.isfinite(dataset.hole_diameter_by_law_at_observation).any()
         materials = json.loads(dataset.attrs["materials"])
     assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]
-
-
-def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(tmp_path: Path) -> None:
-    texts = [appendix_deck().replace("tstep 400", f"tstep {steps}") for steps in (400, 401)]
-    assert all("nbmp 260" in text for text in texts)
-    document = {"name": "decks", "scenario": "deck", "axes": {"deck": texts}}
-    with undrawn():
-        files = publish(document, {}, tmp_path)
-    lines = len(texts[0].splitlines())
-    digests = [sha256(text.encode()).hexdigest()[:16] for text in texts]
-    shorts = [f"({lines} lines, SHA-256 {digest})" for digest in digests]
-    for name in (REPORT_JSON, REPORT_HTML, RUNS_CSV):
-        written = Path(files[name]).read_text()
-        assert all(f"mpm3d *** test my Code ! title {short}" in written for short in shorts), name
-        assert "nbmp 260" not in written, name
-    with xr.open_dataset(files[CUBE]) as dataset:
-        assert dataset.deck.values.tolist() == texts
-        assert json.loads(dataset.attrs["sweep"])["axes"]["deck"] == texts

@@ -1,9 +1,7 @@
 """The report: the page prints the document, the document says what the cube says, and nothing else."""
 
 import json
-import math
 import re
-from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cache
 from html import unescape as html_unescape
@@ -13,10 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, equal
-from studies.cubes import cube
+from solver.steppers import methods
 from studies.cubes.runs_table import runs_csv
-from studies.measurements.fragments import DISTRIBUTIONS, SIZES
 from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,
@@ -27,15 +23,12 @@ from studies.quantities.display import (
     printed_beside,
     printed_in,
 )
-from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports import page, report
-from studies.reports.compare import compare
 from studies.reports.document import Head
 from studies.reports.drawing.charts import chart
-from studies.reports.opening import opening_of
 from studies.reports.section import sections
-from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
+from tests.samples import needs
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page, undrawn, undrawn_page
@@ -47,8 +40,9 @@ SWEEPS = {
     "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
-    "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
+if "sph" in methods():
+    SWEEPS["methods"] = sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH)
 DRAWN = ("grid", "words")  # with numbers on the axes, and with words
 Case = tuple[xr.Dataset, dict, Page]
 
@@ -137,7 +131,7 @@ def test_pages__every_text_is_the_one_in_the_document(case: Case, shown: Page) -
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
 
 
-@pytest.mark.parametrize("name", ["grid", "methods"])
+@pytest.mark.parametrize("name", ["grid", pytest.param("methods", marks=needs("sph"))])
 def test_page__opens_with_headline_figure_and_numbers(name: str) -> None:
     _, _, html = made(name)
     parts = ('class="headline"', 'data-plot="opening"', 'class="numbers"', "</section>", 'id="laws"', 'id="setup"')
@@ -303,50 +297,3 @@ def test_published_shots__are_listed() -> None:
     assert 'id="published">' in html
     without = fakes.document_of(dataset.assign_attrs(compared_shots="[]"))
     assert '"published"' not in undrawn_page(without)
-
-
-@pytest.mark.claim("breaking", "withheld")
-def test_report__withholds_numbers_of_pieces_that_the_mesh_made(compared: Callable[[Row], None]) -> None:
-    """A number of pieces that the mesh alone made is in no headline and no list of values; the page says so."""
-    sweep = sweep_of(Axis("speed", "m s-1", (4e3, 6e3)), scenario="debris_cloud", fixed={"plate_thickness": 4e-3})
-    sizes = np.zeros(SIZES.count)
-    sizes[20:24] = 5.0
-    outcomes = {}
-    for point in sweep.runs():
-        is_fast = point.run.parameters["speed"] == 6e3
-        values = {
-            "fragments": fakes.measured(777.0 if is_fast else 20.0, *((COARSER_THAN_FRAGMENTS,) if is_fast else ())),
-            "fragment_size_grady": fakes.measured(3e-4),
-        }
-        over_size = {name: {"version": 1, "values": sizes.tolist()} for name in DISTRIBUTIONS if "over_size" in name}
-        outcomes[point.run.id] = RunResult(
-            point.run.id,
-            "succeeded",
-            measurements=values,
-            numbers={"cells_per_diameter": fakes.UNREFINED},
-            provenance=fakes.PROVENANCE,
-            distributions=over_size,
-        )
-    dataset = cube.build(sweep, outcomes)
-    comparison = compare(dataset)
-    opening = opening_of(comparison.points, comparison.judgements, comparison.shots)
-    assert opening is not None
-    opened = {value.value for each in opening.quantities for value in each.values}
-    compared(equal("values that may open the report", expected={20.0, 3e-4}, got=opened))
-    document = fakes.document_of(dataset)
-    (fragments,) = (each for each in document["values"]["ranges"] if each["quantity"] == "fragments")
-    ends = [fragments["smallest"], fragments["largest"]]
-    compared(equal("smallest and largest number of fragments", expected=[20.0, 20.0], got=ends))
-    withheld = [{"quantity": "fragments", "points": 1, "of": 2}]
-    compared(equal("withheld", expected=withheld, got=document["values"]["withheld"]))
-    text = re.sub(r"<[^>]+>", "", undrawn_page(document))
-    compared(equal("the page says so", expected=1, got=text.count("Fragments: no answer at 1 of 2 points. A cell of")))
-    (figure,) = (each for each in document["figures"] if each["name"] == "fragment_sizes")
-    marks = {series["label"]: series["x"][0] for series in figure["panels"][0]["series"][-2:]}
-    expected = {
-        "a cell of the mesh": math.log10(1.0 / fakes.UNREFINED),
-        "fragments after Grady": math.log10(3e-4 / fakes.DIAMETER),
-    }
-    compared(equal("marks in the figure of sizes", expected=expected, got=marks))
-    number = figure["panels"][0]["series"][0]["y"]
-    compared(equal("shares that are larger", expected=[1.0, 1.0, 0.75, 0.5, 0.25, 0.0], got=number))

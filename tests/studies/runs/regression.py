@@ -19,6 +19,7 @@ from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.results import RunResult
 from studies.runs.run import Run
+from tests import samples
 from tests.contracts.test_scenarios import asked
 
 FILE = Path(__file__).with_name("regression.json")
@@ -37,16 +38,12 @@ QUARTER = {
     "plate_radius": 16e-3,
     "end_time": 5e-6,
 }
-APART = {"geometry": "quarter", "gap": 4e-3}  # beyond the reach of repulsion
-MESHED = {"geometry": "quarter", "section": "square", "wall": "symmetric"}
-PLUG = {"speed": 2000.0, "projectile_length": 20e-3, "plate_thickness": 4e-3, "plate_radius": 45e-3, "end_time": 1.2e-5}
 SHIELD = {"speed": 6000.0, "uprange": 1.0, "end_time": 8e-6, "wall_time": 8e-6}
 # Each names what it adds; beside it, all is as by default and as small as the contract of scenarios has it.
-CASES: dict[str, tuple[str, dict[str, Any]]] = {
+OWN: dict[str, tuple[str, dict[str, Any]]] = {
     "thin plate": ("thin_plate", {**LARGE, "plate_radius": 24e-3}),
     "thin plate, quarter": ("thin_plate", QUARTER),
     "thin plate, half": ("thin_plate", {**QUARTER, "geometry": "half", "obliquity": 0.5}),
-    "thin plate, sph": ("thin_plate", {**QUARTER, "method": "sph", "end_time": 2e-6}),
     "thin plate, absorbing edges": ("thin_plate", {**SMALL, "edges": "absorbing"}),
     "thin plate, contact": ("thin_plate", {**SMALL, "contact": "bardenhagen"}),
     "thin plate, thesis": ("thin_plate", THESIS),
@@ -67,22 +64,35 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         "thick_plate",
         {**THESIS, "projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"},
     ),
-    "debris cloud": ("debris_cloud", {"projectile": "al-6061-t6", "target": "al-6061-t6"}),
     "Taylor bar": ("taylor_bar", {"reference_length": 8e-3, "reference_diameter": 10e-3, "reference_width": 9e-3}),
     "Taylor bar, quarter": ("taylor_bar", {"geometry": "quarter"}),
     "elastic bar": ("elastic_bar", {}),
-    "elastic bar, sph": ("elastic_bar", {**MESHED, "method": "sph"}),
-    "elastic bar, fem": ("elastic_bar", {**MESHED, "method": "fem"}),
-    "elastic bar, sph-fem": ("elastic_bar", {**MESHED, "method": "sph-fem"}),
     "plate impact": ("plate_impact", {}),
     # Until the tensile floor has pulled back the free surface.
     "plate impact, released": ("plate_impact", {"strength": "material", "target_thickness": 8e-3, "end_time": 5.2e-6}),
-    "plugging": ("plugging", PLUG),
-    "plugging, sph": ("plugging", {**PLUG, **APART, "method": "sph"}),
-    "plugging, sph-fem": ("plugging", {**PLUG, **APART, "method": "sph-fem"}),
-    "deck": ("deck", {"end_time": 1e-5}),
     "Whipple shield": ("whipple_shield", SHIELD),
 }
+# By the file that has their numbers: a feature's is beside its samples.
+FILES = {
+    FILE: OWN,
+    **{
+        Path(str(module.__file__)).with_name(FILE.name): module.CASES
+        for module in samples.modules()
+        if hasattr(module, "CASES")
+    },
+}
+ALL = {case: asked for cases in FILES.values() for case, asked in cases.items()}
+CASES = {case: asked for case, asked in ALL.items() if samples.is_there(*asked)}
+
+
+def stored() -> dict[str, dict[str, Any]]:
+    """The cases of all files, each with its numbers; all are of one physics version."""
+    cases: dict[str, dict[str, Any]] = {}
+    for file in FILES:
+        document = json.loads(file.read_text(encoding="utf-8"))
+        assert document["physics_version"] == PHYSICS_VERSION, f"{file} is of another physics version"
+        cases |= document["cases"]
+    return cases
 
 
 def run_of(case: str) -> Run:
@@ -130,15 +140,21 @@ def _state(result: RunResult, folder: Path) -> Iterator[tuple[str, float]]:
 
 
 def main() -> None:
-    lines = []
-    for case in CASES:
-        with tempfile.TemporaryDirectory() as folder:
-            content = json.dumps(computed(case, Path(folder)), default=float)
-        lines.append(f" {json.dumps(case)}: {content}")
+    for file, cases in FILES.items():
+        lines = []
+        for case in cases:
+            with tempfile.TemporaryDirectory() as folder:
+                content = json.dumps(computed(case, Path(folder)), default=float)
+            lines.append(f" {json.dumps(case)}: {content}")
+        write(file, lines)
+        print(f"{file}: physics version {PHYSICS_VERSION}, {len(cases)} cases")
+
+
+def write(file: Path, lines: list[str]) -> None:
+    """Write the cases of a file, a line each."""
     cases = ",\n".join(lines)
     text = f'{{"physics_version": {PHYSICS_VERSION}, "cases": {{\n{cases}\n}}}}\n'
-    FILE.write_text(text, encoding="utf-8")
-    print(f"{FILE.name}: physics version {PHYSICS_VERSION}, {len(CASES)} cases")
+    file.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

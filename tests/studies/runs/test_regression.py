@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from solver import PHYSICS_VERSION
 from studies import scenarios
 from studies.cases.rows import Row, equal
 from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
+from tests import samples
 from tests.claims.marked import claimed
-from tests.studies.runs.regression import CASES, FILE, RELATIVE, computed, run_of
+from tests.studies.runs.regression import ALL, CASES, FILE, RELATIVE, computed, run_of, stored
 
 COMMAND = "python -m tests.studies.runs.regression"
 CURE = f"write {FILE.name} anew by `{COMMAND}`, and say in the commit which numbers, why and by how much"
-STORED = json.loads(FILE.read_text(encoding="utf-8"))
+STORED = stored()
 
 
 def differences(case: str, stored: dict[str, Any], got: dict[str, Any]) -> str:
@@ -72,25 +72,24 @@ def _share(stored: Any, got: Any) -> str:
 # The sets of laws and shapes of these are compiled for nobody else, or they take seconds: 0.5 to 6 s (2026-11). The
 # other cases have each method, and each scenario but plugging.
 LONG = {
-    *("thin plate, sph", "thin plate, thesis, quarter", "thin plate, cubic form", "thin plate, GIMP"),
+    *("thin plate, thesis, quarter", "thin plate, cubic form", "thin plate, GIMP"),
     *("thin plate, Steinberg-Guinan", "thick plate, perfectly plastic", "Taylor bar, quarter"),
-    *("plate impact, released", "plugging", "plugging, sph", "plugging, sph-fem"),
-}
+    "plate impact, released",
+}.union(*samples.offered("LONG"))
 
 
 @pytest.mark.parametrize("case", claimed(CASES, CASES.keys() - LONG, "mend-again", "regression"))
 def test_regression__same_identity_gives_the_same_numbers(case: str, tmp_path: Path) -> None:
     """The same identity gives the same numbers, also where that takes seconds."""
-    assert case in STORED["cases"], f"{case} has no numbers: {CURE}"
-    text = differences(case, STORED["cases"][case], json.loads(json.dumps(computed(case, tmp_path))))
+    assert case in STORED, f"{case} has no numbers: {CURE}"
+    text = differences(case, STORED[case], json.loads(json.dumps(computed(case, tmp_path))))
     assert not text, text
 
 
 def test_regression__numbers_belong_to_today_s_versions() -> None:
-    assert STORED["physics_version"] == PHYSICS_VERSION, CURE
-    assert set(STORED["cases"]) == set(CASES), CURE
-    for case, stored in STORED["cases"].items():
-        versions = {name: each["version"] for name, each in stored["measurements"].items()}
+    assert set(STORED) == set(ALL), CURE
+    for case in CASES:
+        versions = {name: one["version"] for name, one in STORED[case]["measurements"].items()}
         run = run_of(case)
         measured = scenarios.load(run.scenario).measured_in(run.parameters)
         assert versions == {name: definitions(run.scenario)[name] for name in measured}, f"{case}: {CURE}"
@@ -110,7 +109,7 @@ OF_LONGER_RUNS = {"bumper_hole_diameter", "wall_hole_diameter", "wall_spall_diam
 
 
 def test_regression__has_a_value_of_every_measurement() -> None:
-    cases = STORED["cases"].values()
+    cases = [STORED[case] for case in CASES]
     readings = [item for each in cases for item in each["measurements"].items()]
     valued = {name for name, reading in readings if reading["value"] is not None}
     assert {name for name, _ in readings} - valued == OF_LONGER_RUNS

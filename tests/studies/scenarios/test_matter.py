@@ -13,6 +13,7 @@ from solver.matter.failure.spall import Spall
 from solver.matter.strength.steinberg_guinan import SteinbergGuinan
 from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tension.unlimited import UnlimitedTension
+from solver.steppers import methods
 from studies import materials
 from studies.scenarios import Materials
 from studies.scenarios.parts.matter import Fracture, check_constants, matter
@@ -97,10 +98,10 @@ def test_damage__is_refused_where_the_target_states_none_of_its_constants() -> N
     [
         ("thin_plate", {}, "void-growth"),
         ("thick_plate", {}, "void-growth"),
-        ("debris_cloud", {"projectile": "lead"}, "void-growth"),  # a projectile without constants never fails
+        ("thin_plate", {"projectile": "lead"}, "void-growth"),  # a projectile without constants never fails
         ("thin_plate", {"target": "al-2017-t4"}, "none"),
         ("thin_plate", {"failure": "none"}, "none"),
-        ("thin_plate", {"method": "sph", "geometry": "quarter"}, "none"),
+        *([("thin_plate", {"method": "sph", "geometry": "quarter"}, "none")] if "sph" in methods() else []),
         ("whipple_shield", {}, "none"),
         ("plate_impact", {}, "none"),
     ],

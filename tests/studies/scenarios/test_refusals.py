@@ -5,22 +5,12 @@ from typing import Any
 import pytest
 
 from studies.quantities.findings import InvalidInput
+from tests import samples
 from tests.contracts.test_scenarios import asked
 
-SPH = {"geometry": "quarter", "method": "sph"}
-COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
-BAR = {"section": "square", "geometry": "quarter", "wall": "symmetric"}
 STRAIN = {"failure": "plastic-strain", "failure_strain": 1.0}
 SPALL = {"failure": "spall", "failure_time": 1e-6}
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
-
-
-def plate(name: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
-    return "thin_plate", {**SPH, **changes}, name, "method sph"
-
-
-def plug(method: str, name: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
-    return "plugging", {**COUPLED, "method": method, **changes}, name, f"method {method}"
 
 
 def bar(name: str, reason: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
@@ -32,26 +22,9 @@ def pulse(reason: str, text: str) -> tuple[str, dict[str, Any], str, str]:
 
 
 REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
-    # What a method does not compute.
-    plate("geometry", geometry="axisymmetric"),
-    plate("edges", edges="absorbing"),
-    plate("contact", contact="bardenhagen"),
-    plate("debris", debris="retire"),
-    *(plug(method, "geometry", geometry="axisymmetric") for method in ("sph", "sph-fem")),
-    *(plug(method, "contact", contact="bardenhagen") for method in ("sph", "sph-fem")),
-    *(plug(method, "scheme", scheme="usl") for method in ("sph", "sph-fem")),
-    *(plug(method, "damping_rate", damping_rate=1e6) for method in ("sph", "sph-fem")),
-    bar("section", "method fem", **{**BAR, "method": "fem", "section": "round"}),
-    bar("geometry", "method fem", method="fem"),
-    bar("wall", "method sph", **{**BAR, "method": "sph", "wall": "unilateral"}),
-    bar("scheme", "method fem", **BAR, method="fem", scheme="usl"),
-    # Bodies that repel each other.
-    ("plugging", {"contact": "repulsion"}, "contact", "material points"),
-    ("plugging", {**COUPLED, "gap": 2e-3}, "gap", "at least 0.003 m, .*; enlarge the gap"),
-    ("plugging", {**COUPLED, "plate_radius": 25e-3}, "plate_radius", "0.028 m"),
     *(
         (name, {"contact": "repulsion"}, "parameters.contact", "repulsion")
-        for name in ("thin_plate", "thick_plate", "plate_impact", "debris_cloud")
+        for name in ("thin_plate", "thick_plate", "plate_impact")
     ),
     # Loads on bars.
     bar("pulse", "give pressure", pulse=PULSE),
@@ -85,7 +58,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
     *(
         (scenario, {**materials, "failure": "none", **change}, next(iter(change)), "would boil")
-        for scenario in ("thin_plate", "thick_plate", "plugging")
+        for scenario in ("thin_plate", "thick_plate")
         for materials in [dict.fromkeys(("projectile", "target"), "copper-ofhc-tillotson")]
         for change in ({"tension": "unlimited"}, {"thermal_softening": False})
     ),
@@ -101,15 +74,11 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("thin_plate", {"film_interval": 1e-12}, "film_interval", "a thousandth of the run"),
     ("thick_plate", {"target_depth": 7e-3}, "target_depth", "at least 1 of the projectile's diameter"),
     ("thick_plate", {"edges": "absorbing", "target_depth": 0.04}, "target_radius", "choose other edges"),
-    ("plugging", {"nose_length": 1e-3}, "nose_length", "no length of a blunt nose"),
-    ("plugging", {"nose": "conical", "nose_length": 0.1}, "projectile_length", "lengthen the projectile"),
-    ("plugging", {"plate_thickness": 1e-3}, "plate_thickness", "at least two cells"),
     bar("speed", "holds only far below this limit", young_modulus=1e7),
-    ("deck", {"step": "stable", "fixed_dt": 1e-8}, "fixed_dt", "leave fixed_dt out"),
-    ("deck", {"contact": "none", "friction": 0.2}, "friction", "0 for bodies without contact"),
     ("plate_impact", {"target_thickness": 1e-3}, "target_thickness", "at least ten cells"),
     ("plate_impact", {"flyer": "copper-ofhc-tillotson"}, "flyer", "use mie-grueneisen"),
     ("plate_impact", {"target": "armco-iron", "failure": "spall-rate"}, "failure", "choose another failure"),
+    *(row for rows in samples.offered("REFUSED") for row in rows if samples.is_there(*row[:2])),
 ]
 
 

@@ -279,6 +279,6 @@ def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:
 
 
 def test_other_scenarios__have_none() -> None:
-    sweep = Sweep.parse({"scenario": "plugging", "axes": {"speed": ["100 m/s"]}, "resolution": 8})
+    sweep = Sweep.parse({"scenario": "elastic_bar", "axes": {"speed": ["100 m/s"]}, "resolution": 8})
     dataset = cube.build(sweep, {})
     assert SECTION.part(Source(dataset, compare(dataset), {})) is None

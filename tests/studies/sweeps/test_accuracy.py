@@ -130,7 +130,7 @@ def test_accuracy__goes_with_offsets_and_not_with_a_resolution() -> None:
     assert "accuracy, or cells_per_diameter under fixed" in refused(
         {**HOLES, "fixed": {**COPPER, "cells_per_diameter": 16}}
     )
-    assert "whose mesh error is known" in refused({**HOLES, "scenario": "plugging"})
+    assert "whose mesh error is known" in refused({**HOLES, "scenario": "elastic_bar"})
 
 
 def test_accuracy__that_cannot_be_had_names_point_smallest_error_and_cure(monkeypatch: pytest.MonkeyPatch) -> None:

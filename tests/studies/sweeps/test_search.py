@@ -12,6 +12,7 @@ from studies.runs.run import Run
 from studies.sweeps.cost import cost_of
 from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 
 SEARCH = Search("perforated", 100.0, 200.0, 2.0)
 DOCUMENT: dict[str, Any] = {
@@ -96,6 +97,7 @@ def test_search__goes_on_from_results_alone() -> None:
     assert sorted(order) == list(limit.tried)
 
 
+@needs("plugging")
 def test_sweep__searches_each_point_of_the_other_axes() -> None:
     sweep = Sweep.parse(DOCUMENT)
     assert [point.coordinates["speed"] for point in sweep.runs()[::2]] == [100.0, 150.0, 200.0]
@@ -112,6 +114,7 @@ def test_sweep__searches_each_point_of_the_other_axes() -> None:
     assert len(runs) == sum(len(limit.tried) for _, limit in limits)
 
 
+@needs("plugging")
 @pytest.mark.parametrize(
     ("change", "field"),
     [
@@ -129,12 +132,14 @@ def test_search__is_refused_with_its_field(change: dict[str, Any], field: str) -
     assert [finding.field for finding in refused.value.findings] == [field]
 
 
+@needs("plugging")
 @pytest.mark.parametrize("change", [{"combine": "zip"}, {"model_part": "screen"}])
 def test_search__is_of_a_grid_without_screening(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"limit|zip"):
         Sweep.parse({**DOCUMENT, **change})
 
 
+@needs("plugging")
 def test_search__on_several_grids_leaves_open_what_they_disagree_about() -> None:
     """The coarse grid perforates from 120, the fine one from 140 m/s."""
     sweep = Sweep.parse({**DOCUMENT, "resolution": [8, 12]})
@@ -210,6 +215,7 @@ def test_until__names_what_is_decided_where_nothing_is_bracketed() -> None:
     assert limit.reason.startswith("not bracketed: perforated is 0 at 1")
 
 
+@needs("plugging")
 @pytest.mark.parametrize(
     ("change", "field"),
     [

@@ -1,0 +1,306 @@
+"""The forces of elements on their nodes at n, and after them the velocity gradients at n+1.
+
+With the operators G of ``elements``, the mean one and those of the integration points q of mass m_q
+
+    L_q = v G_q, its trace that of the mean operator where there are several points
+    f_I = -sum_q m_q / rho_q sigma_q G_qI, the adjoint of L
+
+One point in each element does not see its hourglass modes h. Their resistance is that of springs: with
+gamma = h - (h . x) G, which vanishes for linear velocities, Q' = K gamma . v and f_I = -Q gamma_I for each mode and
+component, Q turning with the matter: Flanagan and Belytschko (1981), Int. J. Numer. Meth. Eng. 17, 679. K makes the
+frequency of a mode the root of ``hourglass`` times the bound of the element's own, n M sum(G^2) / rho, with n nodes and
+the longitudinal modulus M of the matter at rest. What the springs take is energy removed.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from solver.jit import device, kernel
+from solver.matter.tensor import contract, symmetric
+from solver.methods.fem.elements import (
+    axes,
+    dilation,
+    mean_operator,
+    mode,
+    mode_count,
+    node_count,
+    point_operator,
+    strained,
+    thrust,
+)
+from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, VISCOSITY, VX, X
+from solver.steps.space import VELOCITY, deviator_of
+
+AXES = 3
+IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
+
+
+class Meshed(NamedTuple):
+    """The elements of a body in the tables of the problem, and their operators at n."""
+
+    kind: Any
+    nodes: np.ndarray  # (e, nodes) columns of the table of particles
+    first: int  # column of the first integration point in the table of states
+    stiffness: float  # ``hourglass`` times the longitudinal modulus at rest, Pa
+    springs: np.ndarray  # (e, modes, 3) hourglass forces Q, N
+    # (e, 1 or 1 + points, nodes, 3) the mean operator, and those of the points where there are several; 1/m.
+    operators: np.ndarray
+    gamma: np.ndarray  # (e, modes, nodes); without modes where there are several points
+    volume: np.ndarray  # (e,) m3
+    x: np.ndarray  # (e, nodes, 3) m
+    forces: np.ndarray  # (e, nodes, 3) on its nodes, N
+
+
+def meshed(kind, nodes, first, stiffness, forces):
+    """The tables of a body's elements; ``forces`` is memory that all bodies share."""
+    elements, count = nodes.shape
+    modes = mode_count(kind) if kind.points == 1 else 0
+    operators = 1 if kind.points == 1 else 1 + kind.points
+    return Meshed(
+        kind,
+        nodes,
+        first,
+        stiffness,
+        np.zeros((elements, modes, AXES)),
+        np.zeros((elements, operators, count, AXES)),
+        np.zeros((elements, modes, count)),
+        np.zeros(elements),
+        np.zeros((elements, count, AXES)),
+        forces,
+    )
+
+
+@kernel
+def find_operators(meshed, table, begin, end):
+    """The operators, volumes and hourglass vectors gamma of the elements begin..end."""
+    kind = meshed.kind
+    for element in range(begin, end):
+        x, operators = meshed.x[element], meshed.operators[element]
+        for node in range(node_count(kind)):
+            for axis in range(AXES):
+                x[node, axis] = table[X + axis, meshed.nodes[element, node]]
+        meshed.volume[element] = mean_operator(kind, x, operators[0])
+        for point in range(1, operators.shape[0]):
+            point_operator(kind, x, point - 1, operators[point])
+        for number in range(meshed.gamma.shape[1]):
+            gamma = meshed.gamma[element, number]
+            for node in range(node_count(kind)):
+                gamma[node] = mode(kind, number, node)
+            for axis in range(axes(kind)):
+                away = 0.0
+                for node in range(node_count(kind)):
+                    away += mode(kind, number, node) * x[node, axis]
+                for node in range(node_count(kind)):
+                    gamma[node] -= away * operators[0, node, axis]
+
+
+@device
+def strain_rate(meshed, element, point, v):
+    """The velocity gradient of an integration point, with the volume change of the whole element."""
+    operators = meshed.operators[element]
+    if operators.shape[0] == 1:
+        return strained(meshed.kind, v, operators[0])
+    own = strained(meshed.kind, v, operators[1 + point])
+    mean = operators[0]
+    whole = 0.0
+    for node in range(v.shape[0]):
+        whole += v[node, 0] * mean[node, 0] + v[node, 1] * mean[node, 1]
+        whole += dilation(meshed.kind, v, mean, node)
+    more = (whole - (own[0][0] + own[1][1] + own[2][2])) / 3.0
+    return (
+        (own[0][0] + more, own[0][1], own[0][2]),
+        (own[1][0], own[1][1] + more, own[1][2]),
+        (own[2][0], own[2][1], own[2][2] + more),
+    )
+
+
+@device
+def flow_of(gamma, v, axis):
+    """gamma . v of a component of the velocity."""
+    flow = 0.0
+    for node in range(v.shape[0]):
+        flow += gamma[node] * v[node, axis]
+    return flow
+
+
+@device
+def power_of(states, p, rate, heating):
+    """Power of the stress of an integration point in a rate of strain, with a part of its viscosity; W/m3."""
+    heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
+    return contract(deviator_of(states, p), rate) - heated * (rate[0] + rate[1] + rate[2])
+
+
+@kernel
+def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
+    """Forces of the elements begin..end on each of their nodes; ``v`` (nodes, 3) is scratch.
+
+    The energy of each integration point takes the half of its stress' work in the velocities before the forces, and
+    ``taken`` (1,) that of the hourglass springs, J.
+    """
+    kind = meshed.kind
+    for element in range(begin, end):
+        force, operators = meshed.forces[element], meshed.operators[element]
+        force[:] = 0.0
+        start = meshed.first + element * kind.points
+        if states[MASS, start] <= 0.0:
+            continue
+        for node in range(v.shape[0]):
+            for axis in range(AXES):
+                v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
+        for point in range(kind.points):
+            p = start + point
+            volume = states[MASS, p] / states[DENSITY, p]
+            shear = deviator_of(states, p)
+            pressure = states[PRESSURE, p] + states[VISCOSITY, p]
+            if operators.shape[0] == 1:
+                stress = (shear[0] - pressure, shear[1] - pressure, shear[2] - pressure, shear[3], shear[4], shear[5])
+                thrust(kind, stress, -volume, operators[0], force)
+            else:
+                thrust(kind, shear, -volume, operators[1 + point], force)
+                isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
+                thrust(kind, isotropic, volume, operators[0], force)
+            rate = symmetric(strain_rate(meshed, element, point, v))
+            states[ENERGY, p] += 0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
+        for number in range(meshed.gamma.shape[1]):
+            gamma = meshed.gamma[element, number]
+            for axis in range(AXES):
+                spring = meshed.springs[element, number, axis]
+                taken[0] += 0.5 * kick * spring * flow_of(gamma, v, axis)
+                for node in range(v.shape[0]):
+                    force[node, axis] -= spring * gamma[node]
+
+
+@kernel
+def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken):
+    """Gradients of the velocities after the kick, into three lines of ``gradients`` for each integration point.
+
+    Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
+    their power in these velocities, and stretch; ``taken`` (1,) counts it.
+    """
+    kind = meshed.kind
+    nodes = node_count(kind)
+    for element in range(begin, end):
+        start = meshed.first + element * kind.points
+        if states[MASS, start] <= 0.0:
+            continue
+        squares = 0.0
+        for node in range(nodes):
+            for axis in range(AXES):
+                v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
+                squares += meshed.operators[element, 0, node, axis] ** 2
+        volume = meshed.volume[element]
+        if volume <= 0.0:  # an element that is inside out: the update reports its density
+            states[DENSITY, start] = states[MASS, start] / volume
+        # A wave of speed c through the element asks for dt < length / c.
+        length = 2.0 / math.sqrt(nodes * squares)
+        for point in range(kind.points):
+            p = start + point
+            lengths[0, p] = length
+            gradient = strain_rate(meshed, element, point, v)
+            # The update adds the half of the work of dt: the kick's is another where steps change.
+            power = power_of(states, p, symmetric(gradient), heating)
+            states[ENERGY, p] += 0.5 * (kick - dt) * power / states[DENSITY, p]
+            for axis in range(AXES):
+                place = speed = 0.0
+                for node in range(nodes):
+                    place += table[NEW_X + axis, meshed.nodes[element, node]]
+                    speed += v[node, axis]
+                states[NEW_X + axis, p] = place / nodes
+                states[VX + axis, p] = speed / nodes
+                for component in range(AXES):
+                    gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
+        if kind.points == 1:
+            stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken)
+
+
+@device
+def stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken):
+    """The hourglass springs of an element, turned by the spin of its gradient and stretched by its velocities."""
+    stiffness = meshed.stiffness * meshed.volume[element] * squares / v.shape[0]
+    a = 0.5 * dt * (gradient[1][0] - gradient[0][1])  # about axis 3
+    b = 0.5 * dt * (gradient[2][1] - gradient[1][2])
+    c = 0.5 * dt * (gradient[0][2] - gradient[2][0])
+    for number in range(meshed.gamma.shape[1]):
+        gamma, spring = meshed.gamma[element, number], meshed.springs[element, number]
+        p, q, r = spring[0], spring[1], spring[2]
+        flow = flow_of(gamma, v, 0), flow_of(gamma, v, 1), flow_of(gamma, v, 2)
+        taken[0] += 0.5 * kick * (p * flow[0] + q * flow[1] + r * flow[2])
+        spring[0] = p + c * r - a * q + stiffness * flow[0] * dt
+        spring[1] = q + a * p - b * r + stiffness * flow[1] * dt
+        spring[2] = r + b * q - c * p + stiffness * flow[2] * dt
+
+
+@kernel
+def move_nodes(around, joints, forces, held, walls, box, loads, drivers, table, begin, end, kick, dt, sums):
+    """Velocities after a ``kick`` (s) and positions after a step of the nodes of the joints begin..end.
+
+    Nodes of a joint move as one: their masses, momenta and forces add. ``joints`` (start, nodes) are the nodes of each,
+    ``around`` (start, pairs) the rows of ``forces`` (k, 3) of each node. ``held`` (n, 3) 1 stops a component, ``walls``
+    (3, 2) faces of the ``box`` (2, 3) stop approach; ``loads`` (n, 3) are external forces, N. A joint with one of the
+    ``drivers`` (n,), columns of the table, or -1, moves as it does. ``sums`` gets the impulse of faces (3), the energy
+    that walls and the first step of a joint take, and the work of loads.
+    """
+    start, pairs = around
+    first, members = joints
+    for joint in range(begin, end):
+        for axis in range(AXES):
+            mass = momentum = kinetic = force = pushed = 0.0
+            for k in range(first[joint], first[joint + 1]):
+                i = members[k]
+                mass += table[MASS, i]
+                own = table[MASS, i] * table[VX + axis, i]
+                momentum += own
+                kinetic += 0.5 * own * table[VX + axis, i]
+                pushed += loads[i, axis]
+                for pair in range(start[i], start[i + 1]):
+                    force += forces[pairs[pair], axis]
+            i = members[first[joint]]
+            old = momentum / mass
+            free = old + (force + pushed) / mass * kick
+            new = 0.0 if held[i, axis] else free
+            if walls[axis, 0]:
+                new = max(new, (box[0, axis] - table[X + axis, i]) / dt)
+            if walls[axis, 1]:
+                new = min(new, (box[1, axis] - table[X + axis, i]) / dt)
+            if drivers[i] >= 0:
+                new = free = table[VX + axis, drivers[i]]
+            given = mass * (new - free)
+            sums[IMPULSE + axis] += given
+            sums[HELD] += kinetic - 0.5 * momentum * old - 0.5 * given * (old + new)
+            sums[WORK] += 0.5 * pushed * (old + new) * kick
+            for k in range(first[joint], first[joint + 1]):
+                i = members[k]
+                table[VX + axis, i] = new
+                table[NEW_X + axis, i] = table[X + axis, i] + new * dt
+
+
+@kernel
+def show_nodes(around, point_of, points_of, part, states, table, begin, end, lowest, highest):
+    """Means of rows lowest..highest of the states at the nodes begin..end, by the mass ``part`` (pairs,) of each pair.
+
+    ``around`` (start, pairs) as above; ``point_of`` and ``points_of`` (pairs,) are the first integration point of the
+    element of a pair and their number. Eroded elements have no part; a node without others keeps what it shows, but for
+    the energy, which is that of what is left over the whole mass.
+    """
+    start, pairs = around
+    for i in range(begin, end):
+        live = 0.0
+        for at in range(start[i], start[i + 1]):
+            if states[MASS, point_of[pairs[at]]] > 0.0:
+                live += part[pairs[at]]
+        for row in range(lowest, highest):
+            whole = 0.0
+            for at in range(start[i], start[i + 1]):
+                pair = pairs[at]
+                first, mass, mean = point_of[pair], 0.0, 0.0
+                for p in range(first, first + points_of[pair]):
+                    mass += states[MASS, p]
+                    mean += states[MASS, p] * states[row, p]
+                if mass > 0.0:
+                    whole += part[pair] * mean / mass
+            if row == ENERGY:
+                table[row, i] = whole / table[MASS, i]
+            elif live > 0.0:
+                table[row, i] = whole / live

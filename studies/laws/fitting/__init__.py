@@ -1,1 +1,0 @@
-"""Fitting: ``forms`` of laws, the least squares that find their constants, and ``fitted`` laws for the next sweep."""

@@ -1,0 +1,124 @@
+"""Takes one feature away and tries what is left: ``python -m tests.claims.removal NAME [--all]``.
+
+A copy of the tree loses the folders of the feature and of those that need it (``[tool.whipple.features]`` of
+pyproject.toml), their tests, and their lines of entry points. The copy then lists what it has, computes a small sweep
+with its report, starts the service, imports every test of solver and studies, and passes those that all features share;
+with ``--all`` every one. ``tests/claims/test_removal.py`` makes claims of it.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.claims.remaining import STEPS
+
+ROOT = Path(__file__).parents[2]
+LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist", "site", "demo", "data")
+SHARED = (
+    "tests/contracts/test_laws.py",
+    "tests/contracts/test_measurements.py",
+    "tests/studies/runs/test_regression.py",
+    "tests/studies/scenarios/test_refusals.py",
+    "tests/studies/sweeps/test_sweep.py",
+)
+ALL = ("tests/solver", "tests/contracts", "tests/studies")
+MINUTES = 40.0  # after which a step has failed
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A step on what is left of the tree."""
+
+    name: str
+    passed: bool
+    last: str  # line of what it printed
+
+
+def features() -> Mapping[str, Mapping[str, Any]]:
+    """The features by name: their ``folders``, and what each ``needs`` besides the spine."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    listed: Mapping[str, Mapping[str, Any]] = project["tool"]["whipple"]["features"]
+    return listed
+
+
+def taken_with(name: str) -> set[str]:
+    """A feature, and all that need it."""
+    taken, known = {name}, features()
+    while more := {other for other in known if taken & {*known[other].get("needs", ())}} - taken:
+        taken |= more
+    return taken
+
+
+def remove(tree: Path, name: str) -> list[str]:
+    """Take a feature, and those that need it, from a copy of the tree; the names of what went."""
+    packages = [package for taken in taken_with(name) for package in features()[taken]["folders"]]
+    for package in packages:
+        for folder in (tree / package.replace(".", "/"), tree / "tests" / package.replace(".", "/")):
+            shutil.rmtree(folder, ignore_errors=True)
+    project = tree / "pyproject.toml"
+    offered = re.compile(rf'^[\w"-]+ = "({"|".join(map(re.escape, packages))})(\.|:|").*\n', re.M)
+    project.write_text(offered.sub("", project.read_text(encoding="utf-8")), encoding="utf-8")
+    return sorted(packages)
+
+
+def tried(tree: Path, tests: tuple[str, ...] = SHARED) -> Iterator[Tried]:
+    """The steps, on a copy of the tree."""
+    for step in STEPS:
+        yield _step(tree, step, "tests.claims.remaining", step)
+    yield _step(tree, "collected", "pytest", "-q", "--collect-only", *ALL)
+    there = [test for test in tests if (tree / test).exists()]
+    yield _step(tree, "tested", "pytest", "-q", "--tb=short", *there)
+
+
+def _step(tree: Path, name: str, *module: str) -> Tried:
+    command = [sys.executable, "-W", "ignore", "-m", *module]
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    ended = subprocess.run(
+        command, cwd=tree, env=environment, capture_output=True, text=True, check=False, timeout=60.0 * MINUTES
+    )
+    printed = (ended.stdout.strip() or ended.stderr.strip()).splitlines() if not ended.returncode else []
+    failed = [line for line in ended.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    last = "; ".join(failed) or "".join((printed or ended.stderr.strip().splitlines() or [""])[-1:])
+    return Tried(name, not ended.returncode, last)
+
+
+def without(name: str, report: Callable[[Tried], object], tests: tuple[str, ...] = SHARED) -> list[str]:
+    """Report each step of a copy of the tree without a feature; the folders that went."""
+    with tempfile.TemporaryDirectory(prefix=f"whipple-without-{name}-") as folder:
+        tree = Path(folder) / "tree"
+        shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+        gone = remove(tree, name)
+        for step in tried(tree, tests):
+            report(step)
+    return gone
+
+
+def main() -> int:
+    """Take away what the command line names, and print a line a step."""
+    parser = argparse.ArgumentParser(prog="python -m tests.claims.removal", description=__doc__)
+    parser.add_argument("names", nargs="+", choices=sorted(features()), metavar="NAME", help=", ".join(features()))
+    parser.add_argument("--all", action="store_true", help="every test of solver and studies")
+    asked, failed = parser.parse_args(), False
+
+    def report(step: Tried) -> None:
+        nonlocal failed
+        failed = failed or not step.passed
+        print(f"without {name} | {step.name} | {'PASS' if step.passed else 'FAIL'} | {step.last}", flush=True)
+
+    for name in asked.names:
+        gone = without(name, report, ALL if asked.all else SHARED)
+        print(f"without {name} | gone: {', '.join(gone)}", flush=True)
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
