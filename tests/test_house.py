@@ -21,8 +21,8 @@ import pytest
 import sqlalchemy as sa
 
 from studies.answers import EXAMPLE
-from studies.cases.rows import at_most, equal
 from tests import house
+from tests.claims.rows import at_most, equal
 from tests.crash.support.serving import serving
 from tests.service.support.fakes import wait_until
 

@@ -18,7 +18,6 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from studies.cases.rows import Row
 from studies.quantities.files import RESULT
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
@@ -92,15 +91,9 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
-def plain(row: Row) -> dict[str, Any]:
-    """Plain objects of a row: its fields that have a value."""
-    stated = {name: value for name, value in row.as_json().items() if name != "verdict"}
-    return {name: short(value) for name, value in stated.items() if value not in (None, "", {})}
-
-
-def row_of(stated: dict[str, Any]) -> Row:
-    """The row of plain objects."""
-    return Row(**{"expected": "", "got": None, "passed": None, **stated})
+def plain(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """What a row states, without its verdict and what it leaves out."""
+    return {name: short(value) for name, value in stated.items() if name != "verdict" and value not in (None, "", {})}
 
 
 def short(value: Any, digits: int = DIGITS) -> Any:
@@ -110,7 +103,7 @@ def short(value: Any, digits: int = DIGITS) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def counted(rows: Sequence[Row]) -> str:
-    """How many of the gates of compared rows hold."""
-    gates = [row.passed for row in rows if row.passed is not None]
+def counted(rows: Sequence[Mapping[str, Any]]) -> str:
+    """How many of the gates of kept rows hold."""
+    gates = [row["passed"] for row in rows if "passed" in row]
     return f"{sum(gates)} of {len(gates)}" if gates else "no"

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from docs.pages import RESULTS, by_place, cell, counted, keep, plain, read_json, row_of, sentence, short, table
+from docs.pages import RESULTS, by_place, cell, counted, keep, plain, read_json, sentence, short, table
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.compared import Line, Picture
+from studies.cases.comparison import Comparison
 from studies.cases.pages import HEADERS, cells, draw
 from studies.quantities.display import MESH_UNKNOWN
 
@@ -54,8 +55,7 @@ def _computed(chosen: str, place: Path) -> dict[str, Any]:
 
     settings = Settings(data=place / STORE)
     name, level = _place(chosen)
-    cases = selected([name], level)
-    rows = [plain(each.row) for each in validated(cases, level, place, settings, _unwatched)]
+    rows = [plain(row.as_json()) for _, row in validated(selected([name]), level, place, settings, _unwatched)]
     case = validation.load(name)
     cubes = {sweep: open_cube(place / name / sweep) for sweep in case.sweeps(level)}
     pictures = [_kept(picture) for picture in case.pictures(cubes)] if level == LEVEL else []
@@ -126,12 +126,11 @@ def _summary(chosen: str, kept: dict[str, Any]) -> list[str]:
     name, level = _place(chosen)
     states = validation.load(name).says if level == LEVEL else f"the same, level {level}"
     anchor = "" if level == LEVEL else f"#level-{level}"
-    return [
-        f"[{chosen}](validation/{name}.md{anchor})",
-        states,
-        str(len(kept["rows"])),
-        counted([row_of(row) for row in kept["rows"]]),
-    ]
+    return [f"[{chosen}](validation/{name}.md{anchor})", states, str(len(kept["rows"])), counted(kept["rows"])]
+
+
+def _row(kept: Mapping[str, Any]) -> list[str]:
+    return [cell(text) for text in cells(Comparison(**{"expected": "", "got": "", **kept}))]
 
 
 def _page(name: str) -> str:
@@ -144,6 +143,6 @@ def _page(name: str) -> str:
                 *([] if chosen == name else [f"## Level {_place(chosen)[1]}\n"]),
                 f"Physics version {kept['physics_version']}.\n",
                 *(f"![{picture['title']}](../drawings/{_file(picture)})\n" for picture in kept["pictures"]),
-                table(list(HEADERS), list(by_place([list(map(cell, cells(row_of(row)))) for row in kept["rows"]]))),
+                table(list(HEADERS), list(by_place([_row(row) for row in kept["rows"]]))),
             ]
     return "\n".join(parts)

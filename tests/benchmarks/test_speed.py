@@ -8,10 +8,10 @@ import functools
 
 import pytest
 
-from studies.cases.rows import Row, at_least, at_most, equal
 from tests.benchmarks import figures, queue
 from tests.benchmarks.measure import BARS, SWEEP
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, at_most, equal
 
 FASTER = {"axisymmetric_default": 6.0, "3d_linear": 4.0, "3d_spline": 4.5}
 NANOSECONDS = {

@@ -13,11 +13,11 @@ import pytest
 from solver.audit import totals
 from solver.simulation import Simulation, start
 from studies import materials
-from studies.cases.rows import Row, absolute, at_least, at_most
 from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
 from studies.runs.stages import setting_of
 from studies.scenarios.plate_impact import shocks
+from tests.claims.rows import Row, absolute, at_least, at_most
 
 COPPER = "copper-thesis-plastic"
 SPEED, DIAMETER = 6000.0, 4.746e-3  # m/s, m: 0.5 g of copper

@@ -18,12 +18,12 @@ from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import ArtificialViscosity
 from studies import materials
 from studies.cases.compared import ComparedReading
-from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
-from studies.cases.solutions.hugoniot import Solid, shocked
 from studies.cases.validation import load, numbers_of
 from studies.cases.validation.melted_projectile import QUANTITY
 from studies.scenarios.parts.matter import matter
 from tests.cases.cubes import computed
+from tests.cases.verification.solutions.hugoniot import Solid, shocked
+from tests.claims.rows import Row, absolute, at_most, equal, relative, reported
 from tests.contracts.test_scenarios import asked, built
 from tests.solver.bodies import after
 
@@ -209,7 +209,7 @@ def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
 
 def _melted() -> dict[str, Any]:
     """The sweep of the validation case, for bumpers of 0.1 and 0.2 diameters."""
-    document = dict(load("melted-projectile").documents("fine")["melt"])
+    document: Any = load("melted-projectile").documents("fine")["melt"]
     return {**document, "axes": {**document["axes"], "plate_thickness": ["1 mm", "2 mm"]}}
 
 

@@ -10,11 +10,11 @@ import pytest
 
 from studies.cases import validation
 from studies.cases.compared import ComparedReading
-from studies.cases.rows import Row, at_most, equal
 from studies.cubes import cube
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, at_most, equal
 
 METHODS = ("mpm", "sph")
 # Cells per diameter, two particles in each and direction: the thesis' mesh, and twice 1.5 times as fine a one.
@@ -24,7 +24,7 @@ HOLES = {"hole_diameter": "hole", "hole_diameter_areal": "hole by areal density"
 
 def document() -> dict[str, Any]:
     """The thesis' sweep at 6 km/s, with the method as an axis and three grids."""
-    thesis = validation.load("thesis-holes").documents("thesis")["holes"]
+    thesis: Any = validation.load("thesis-holes").documents("thesis")["holes"]
     return {
         **thesis,
         "name": "methods",

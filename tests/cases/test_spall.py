@@ -18,13 +18,13 @@ from solver.problem import ArtificialViscosity, Body, Face, Problem
 from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import start
 from studies import materials
-from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
 from studies.cases.validation import plate_spall
 from studies.materials import Material
 from studies.runs.execution import execute
 from studies.scenarios.parts.matter import Fracture, longitudinal_speed, matter
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import claimed
+from tests.claims.rows import Row, absolute, at_most, equal, relative, reported
 
 METALS = ("copper-ofhc", "al-6061-t6", "al-2024-t3", "al-7075-t6", "ti-6al-4v", "steel-4340")
 FIRST = METALS[:1]  # whose claims at a point are ordinary tests too

@@ -10,10 +10,10 @@ import pytest
 
 from solver.units import Described
 from studies import scenarios
-from studies.cases.rows import Row, equal
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, declared, marks
 from studies.runs.run import Run
+from tests.claims.rows import Row, equal
 from tests.contracts.test_scenarios import asked, built, given_of
 from tests.solver.bodies import after
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support.clock import SetClock, set_clock
 from tests.crash.support.serving import Service, http, serving
 from tests.service.support.fakes import wait_until

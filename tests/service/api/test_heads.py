@@ -10,8 +10,8 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import GUARDED, OPEN
 from service.api.middleware import Heads
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import Api, SameFile, served
 from tests.service.support.fakes import wait_until
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from solver.simulation import start
-from studies.cases.rows import Row, absolute, equal, relative
 from studies.measurements.cloud import CloudView, view
 from studies.measurements.fragments import DISTRIBUTIONS, SIZES
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
+from tests.claims.rows import Row, absolute, equal, relative
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (
     BALLS,

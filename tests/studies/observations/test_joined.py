@@ -11,7 +11,6 @@ from sklearn.linear_model import LogisticRegression
 
 from docs.pages import read_json
 from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
-from studies.cases.rows import at_most, equal
 from studies.observations.shields import drawn as of_drawn
 from studies.observations.shields import joined
 from studies.observations.shields.drawn import DrawnShots, SimulationKind, beside_held, failures_found
@@ -19,6 +18,7 @@ from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, dra
 from studies.observations.shields.judged import RANGES, Share
 from studies.observations.shields.probability import Probability
 from studies.observations.shields.shots import laboratory
+from tests.claims.rows import at_most, equal
 
 BEFORE = Probability(0.4, 0.2, 0.65)
 JOINT = Joint(2.0, -1.0, ((0.09, 0.0), (0.0, 0.25)), 56)

@@ -11,7 +11,6 @@ import pytest
 from sklearn.linear_model import LogisticRegression
 
 from studies import materials
-from studies.cases.rows import Row, at_least, at_most, equal
 from studies.laws import FurtherBumper, Shield, Shot, load
 from studies.observations.shields.answers import SHORT, answer
 from studies.observations.shields.inverse import NoSize, Size, resized, safe_sizes
@@ -42,6 +41,7 @@ from studies.observations.shields.validation import (
 )
 from studies.quantities.findings import InvalidInput
 from tests.claims.marked import in_full
+from tests.claims.rows import Row, at_least, at_most, equal
 
 SHOTS = published().shots
 ALUMINIUM = materials.load("al-6061-t6")

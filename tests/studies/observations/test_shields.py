@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.cases.rows import Row, at_least, equal
 from studies.laws import load
 from studies.observations.shields.judged import ALL, RANGES, Share, equations, judge, judge_by_range, margins
 from studies.observations.shields.shots import (
@@ -35,6 +34,7 @@ from studies.observations.shields.shots import (
     sources,
 )
 from studies.quantities.findings import InvalidInput
+from tests.claims.rows import Row, at_least, equal
 
 TEXT = files("studies.observations.shields").joinpath("shots.csv").read_text(encoding="utf-8")
 SHOTS = published().shots

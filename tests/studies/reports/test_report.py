@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, equal
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
 from studies.measurements.fragments import DISTRIBUTIONS, SIZES
@@ -36,6 +35,7 @@ from studies.reports.opening import opening_of
 from studies.reports.section import sections
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
+from tests.claims.rows import Row, equal
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page, undrawn, undrawn_page

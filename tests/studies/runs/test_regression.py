@@ -14,10 +14,10 @@ import pytest
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
-from studies.cases.rows import Row, equal
 from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
 from tests.claims.marked import claimed
+from tests.claims.rows import Row, equal
 from tests.studies.runs.regression import CASES, FILE, RELATIVE, computed, run_of
 
 COMMAND = "python -m tests.studies.runs.regression"

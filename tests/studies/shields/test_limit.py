@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from studies.answers.question import read_question
-from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import CRITICAL, Code, load
 from studies.observations.shields.judged import equations
@@ -26,6 +25,7 @@ from studies.runs.run import Run
 from studies.shields.limit import name_of
 from studies.shields.section import SECTION, Incomparable
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import equal
 from tests.studies.shields.made import (
     FACTORS,
     PLAIN,
