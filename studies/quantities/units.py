@@ -5,6 +5,7 @@ unit is not one of the usual ones, so that a process that never parses one never
 stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.0024 m" are the same run.
 """
 
+import math
 import re
 import sys
 from dataclasses import dataclass
@@ -105,8 +106,9 @@ DISPLAY_UNITS: dict[str, tuple[DisplayUnit, ...]] = {
         DisplayUnit("us", 1e-6, 1e-7, of_columns=True),
         DisplayUnit("ns", 1e-9, 0.0),
     ),
-    "Pa": (DisplayUnit("GPa", 1e9, 1e9), DisplayUnit("MPa", 1e6, 1e5, of_columns=True), DisplayUnit("Pa", 1.0, 0.0)),
+    "Pa": (DisplayUnit("GPa", 1e9, 1e9, of_columns=True), DisplayUnit("MPa", 1e6, 1e5), DisplayUnit("Pa", 1.0, 0.0)),
     "m s-1": (DisplayUnit("km/s", 1e3, 1e3, of_columns=True), DisplayUnit("m/s", 1.0, 0.0)),
+    "rad": (DisplayUnit("deg", math.pi / 180.0, 0.0, of_columns=True),),
 }
 DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 75.0000000002 deg
 PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps

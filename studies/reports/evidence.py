@@ -1,7 +1,7 @@
 """What judgements rest on: the values of a quantity with their bars, and the answers of laws, read from a cube."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import comparable, error_bars, places_of, simulated_or_nan, simulated_values
 from studies.laws import RangeStatus
 from studies.quantities.measured import flags_in_words
+from studies.reports.records import StatedRange
 
 # Parts of an error bar of which a report says whether they are known; a run states neither of the last two.
 MESH, DEFINITION, MODEL = "mesh error", "definition", "model"
@@ -119,7 +120,7 @@ class LawAnswers:
     outside: Sequence[str]  # why an answer is outside the range, or there is none; empty inside
     scatter: float  # published, relative; NaN where none is
     confidence: str  # in the equation
-    has_range: bool | None  # whether its source states one; None of a cube that does not know it
+    range: StatedRange
 
 
 def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = None) -> Iterator[LawAnswers]:
@@ -129,12 +130,10 @@ def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = 
         return
     some = {} if shots is None else {"observation": list(shots)}
     found, ranged, why = (each.of(points, quantity).isel(some) for each in (answers, inside, reasons))
-    codes = status.of(points, quantity).isel(some) if status.is_in(points, quantity) else None
+    codes = status.of(points, quantity).isel(some)
     labels = [str(label) for label in cubes.LAW_LABEL.of(points, quantity).values]
     scatters = dict(zip(labels, map(float, cubes.LAW_SCATTER.of(points, quantity).values), strict=True))
-    ranges: Mapping[str, bool] = {}
-    if cubes.LAW_HAS_RANGE.is_in(points, quantity):
-        ranges = dict(zip(labels, map(bool, cubes.LAW_HAS_RANGE.of(points, quantity).values), strict=True))
+    ranges = dict(zip(labels, _ranges(points, quantity), strict=True))
     known_titles, known = titles.of(points, quantity).values, reading.confidences_of(points, quantity, confidences)
     for number, label in enumerate(map(str, found[str(found.dims[-1])].values)):
         values, is_inside = found.values[..., number].ravel(), ranged.values[..., number].ravel() == 1
@@ -144,18 +143,17 @@ def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = 
             label,
             str(known_titles[number]),
             values,
-            [STATUSES[code] for code in codes.values[..., number].ravel()]
-            if codes is not None
-            else [_status_without_code(*each) for each in zip(values, outside, strict=True)],
+            [STATUSES[code] for code in codes.values[..., number].ravel()],
             outside,
             scatters.get(label, math.nan),
             known[number],
-            ranges.get(label),
+            ranges[label],
         )
 
 
-def _status_without_code(value: float, outside: str) -> RangeStatus:
-    """The status in a cube that does not have it: another material and a fitted shot are not told apart."""
-    if math.isnan(value):
-        return RangeStatus.NO_ANSWER
-    return RangeStatus.OUTSIDE_RANGE if outside else RangeStatus.INSIDE
+def _ranges(points: xr.Dataset, quantity: str) -> Iterator[StatedRange]:
+    """The range that each law of a quantity states."""
+    bounds = [each.of(points, quantity).values for each in (*cubes.LAW_SPEEDS, *cubes.LAW_THICKNESS_RATIOS)]
+    for is_stated, *ends in zip(cubes.LAW_HAS_RANGE.of(points, quantity).values, *bounds, strict=True):
+        slowest, fastest, thinnest, thickest = (reading.finite(float(end)) for end in ends)
+        yield StatedRange(bool(is_stated), (slowest, fastest), (thinnest, thickest))

@@ -195,7 +195,7 @@ def _judged(
         title=full_title(law.label, law.title) if law else SIMULATION,
         name=name,
         reference=reference,
-        has_range=law is None or law.has_range is not False,
+        range=law.range if law else None,
         drawn_only=DRAWN_ONLY.get(law.confidence, "") if law else "",
         points=points,
         of=len(points),

@@ -56,6 +56,15 @@ class PointJudgement:
 
 
 @dataclass(frozen=True)
+class StatedRange:
+    """The range that the source of a law states; None where it states no such end."""
+
+    is_stated: bool
+    speeds: tuple[float | None, float | None] = (None, None)  # m s-1
+    thickness_ratios: tuple[float | None, float | None] = (None, None)  # t/d
+
+
+@dataclass(frozen=True)
 class Judgement:
     """A law, or the simulation, beside one reference."""
 
@@ -64,7 +73,7 @@ class Judgement:
     title: str  # with the variant
     name: str  # short
     reference: Reference
-    has_range: bool  # whether its source states one
+    range: StatedRange | None  # None of the simulation
     drawn_only: str  # why the law enters no headline; empty where it does
     points: tuple[PointJudgement, ...]
     of: int  # points

@@ -20,8 +20,9 @@ from studies.reports.figures import figures, of_runs
 from studies.reports.judgement import nearest
 from studies.reports.page import appendix, page
 from studies.reports.publish import draw_figures
+from studies.reports.records import Outcome
 from studies.sweeps.axes import Axis
-from tests.claims.rows import at_most, equal
+from tests.claims.rows import Row, at_most, equal
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
@@ -96,6 +97,37 @@ def test_bars__are_of_mesh_and_reading_inside_and_with_models_outside() -> None:
     outer = np.sqrt(sum(part.fillna(0.0) ** 2 for part in parts)).where(np.isfinite(inner))
     np.testing.assert_array_equal(np.array(points.uncertainty, float), inner.values)
     np.testing.assert_allclose(np.array(points.outer, float), outer.values)
+
+
+@pytest.mark.claim("report", "drawn-bars")
+def test_law__is_called_within_the_bars_where_it_is_drawn_inside_of_them_and_nowhere_else(
+    compared: Callable[[Row], None],
+) -> None:
+    """A law is within its bars where its line crosses the drawn bar with models, its own scatter added."""
+    dataset = fakes.cube_of(REFINED)
+    (points,) = series_of(drawn(dataset, "laws"), kind="simulation")
+    lines = {law.label: law for law in series_of(drawn(dataset, "laws"), kind="law")}
+    scatter = dict(
+        zip(dataset.hole_diameter_law.values.tolist(), dataset.hole_diameter_law_scatter.values.tolist(), strict=True)
+    )
+    called: set[str] = set()
+    for judged in compare(dataset).judgements:
+        seen = []
+        for at in judged.points:
+            place = points.x.index(at.at["speed"])
+            law, value, bar = lines[judged.name].y[place], points.y[place], points.outer[place]
+            if at.outcome is not Outcome.NOT_COMPARABLE and law and value and bar:
+                spread = scatter[judged.law]
+                reach = math.hypot(bar, law * (0.0 if math.isnan(spread) else spread))
+                side = Outcome.WITHIN if abs(law - value) <= reach else Outcome.LOW if law < value else Outcome.HIGH
+                seen.append((at.outcome, side))
+        called.update(outcome for outcome, _ in seen)
+        if seen:
+            compared(
+                equal(f"{judged.name}: calls that differ", expected=0, got=sum(one is not two for one, two in seen))
+            )
+    is_both = Outcome.WITHIN in called and len(called) > 1
+    compared(Row("outcomes seen", "within and another", ", ".join(sorted(called)), is_both))
 
 
 # --- convergence ----------------------------------------------------------------------------------
