@@ -1,8 +1,7 @@
 """Pages of the documentation that are made, from what the project ships and from results that were computed once.
 
 ``make docs`` builds them into build/site with the pages of docs/. ``python -m docs.pages compute NAME`` computes the
-results behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``verification``,
-``validation``).
+results behind a page anew, in seconds (``tutorial``) or hours (``shots``, ``verification``, ``validation``).
 
 How to add a page: a module here that offers ``pages()``, Markdown by the name of its file among those of docs/, and,
 where the page has plots, ``drawings()``, SVG by name of file in drawings/.

@@ -45,21 +45,6 @@ TITLES = {
     "craters": "Craters, copper and aluminium",
     "holes": "Holes, aluminium on aluminium and on copper",
 }
-# Published shots that could not be read, with the report to ask for: of the list of references of Cour-Palais (1987),
-# where no other is named.
-WANTED = (
-    ("holes in thin aluminium targets", "Nysmith and Denardo (1969), NASA TN D-5492"),
-    ("holes in the bumpers of double sheets", "Nysmith and Summers (1962), TN D-1431; Nysmith (1968), TN D-4568"),
-    ("holes in thin plates", "Maiden, Gehring and McMillan (1963), GM-DRL TR 63-225; Gehring (1970), in Kinslow"),
-    ("growth of holes in thin plates", "Turpin and Carson (1970), AFML-TR-70-83"),
-    ("bumper holes of 16 debris clouds", "Piekutowski (1996), NASA CR-4707 (source of shots of `shields/`)"),
-    ("over 500 damaged specimens", "Schonberg, Bean and Darzi (1991), NASA CR-4343 (NTRS 19910009851)"),
-    ("craters by spheres of 1.6 to 12.7 mm", "Denardo, Summers and Nysmith (1967), NASA TN D-4067 (listed: 4061)"),
-    ("craters in aluminium", "Halperson (1963), 6th Hypervelocity Impact Symposium 2, 525"),
-    ("craters in metals", "Sorensen (1965), 7th Hypervelocity Impact Symposium 6"),
-    ("craters in 1100, glass spheres of 3.2 mm", "Bernhard, See, Hörz and Cintala (1994), NTRS 19940030901"),
-    ("the two craters in aluminium as numbers", "Pierazzo et al. (2008), Meteorit. Planet. Sci. 43, 1917"),
-)
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
 
 Rows = Sequence[Mapping[str, Any]]
@@ -205,10 +190,6 @@ def pages() -> dict[str, str]:
         "## Published laws beside the craters and holes\n",
         f"Each law whose range holds the shot. Fewer than {FEWEST} shots tell no bias and no scatter of a law.\n",
         laws_beside(),
-        "## Shots that are wanted\n",
-        "Measured holes and craters whose numbers could not be read: whoever has the report can add them "
-        "([how](own-shots.md)).\n",
-        table(["what", "report"], [list(row) for row in WANTED]),
     ]
     return {"shots.md": "\n".join(parts)}
 
