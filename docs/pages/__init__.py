@@ -17,6 +17,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
 from studies.quantities.files import RESULT
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
@@ -25,6 +27,7 @@ from studies.runs.run import Run
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
+KeptRow = Mapping[str, Any]  # what a compared row states
 DIGITS = 8  # of numbers that are kept for a page, which shows fewer
 
 
@@ -39,6 +42,14 @@ def made() -> Mapping[str, str]:
             drawings = module.drawings() if hasattr(module, "drawings") else {}
             texts |= {f"drawings/{file}": text for file, text in drawings.items()}
     return texts
+
+
+def in_markdown(name: str, **told: Any) -> str:
+    """A page by its template, a Markdown file of this folder."""
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
+    )
+    return re.sub(r"\n{3,}", "\n\n", environment.get_template(f"{name}.md").render(**told)) + "\n"
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -80,17 +91,12 @@ def computed_once(run: Run, directory: Path) -> RunResult:
     return RunResult.from_json(read_json(file))
 
 
-def sentence(words: str) -> str:
-    """Words as a sentence."""
-    return f"{words[0].upper()}{words[1:]}."
-
-
 def cell(text: str) -> str:
     """A text in a table of Markdown."""
     return text.replace("|", "\\|")
 
 
-def plain(stated: Mapping[str, Any]) -> dict[str, Any]:
+def plain(stated: Mapping[str, Any]) -> KeptRow:
     """What a row states, without its verdict and what it leaves out."""
     return {name: short(value) for name, value in stated.items() if name != "verdict" and value not in (None, "", {})}
 
@@ -102,7 +108,7 @@ def short(value: Any, digits: int = DIGITS) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def counted(rows: Sequence[Mapping[str, Any]]) -> str:
+def counted(rows: Sequence[KeptRow]) -> str:
     """How many of the gates of kept rows hold."""
     gates = [row["passed"] for row in rows if "passed" in row]
     return f"{sum(gates)} of {len(gates)}" if gates else "no"

@@ -3,8 +3,6 @@
 The photographs were taken in Chromium in November 2026, a section of the last run or the first figure.
 """
 
-from typing import Any
-
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 
@@ -20,11 +18,6 @@ OTHERS = (
 )
 
 
-def _document(name: str) -> dict[str, Any]:
-    document: dict[str, Any] = read_yaml(examples.text(name), name)
-    return document
-
-
 def pages() -> dict[str, str]:
     """gallery.md."""
     parts = [
@@ -34,11 +27,12 @@ def pages() -> dict[str, str]:
         "many.\n",
     ]
     for name in examples.names():
-        says = examples.text(name).splitlines()[0].removeprefix("# ")
+        text = examples.text(name)
+        title, says = read_yaml(text, name)["title"], text.splitlines()[0].removeprefix("# ")
         parts += [f"## {name}\n"]
         if name in SHOWN:
-            parts += [f"![{_document(name)['title']}]({FOLDER}/{name}.png)\n"]
-        parts += [f"**{_document(name)['title']}.** {says}\n"]
+            parts += [f"![{title}]({FOLDER}/{name}.png)\n"]
+        parts += [f"**{title}.** {says}\n"]
     parts += ["## Pictures of other pages\n"]
     for file, page, says in OTHERS:
         parts += [f"[![{says}]({file})]({page})\n", f"{says}\n"]

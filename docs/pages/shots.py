@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import keep, plots, table
+from docs.pages import in_markdown, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.answers.answer import ask
@@ -57,20 +57,16 @@ def compute(directory: Path | None = None) -> None:
     """Every shot of every table, into ``studies/observations/compared.json``; a directory that is kept resumes."""
     with tempfile.TemporaryDirectory() as temporary:
         place = directory or Path(temporary)
+        quantities = {shot.quantity for name in TABLES for shot in published(name)}
         document = {
             "command": COMMAND,
             "version": version("whipple"),
             "physics_version": PHYSICS_VERSION,
-            "measurements": {name: measurements.load(name).version for name in _quantities()},
+            "measurements": {name: measurements.load(name).version for name in sorted(quantities)},
             "grids": {name: grids for name, (_, grids) in TABLES.items()},
             "shots": [row for name in TABLES for row in computed(name, place / name)],
         }
     keep(document, STORED)
-
-
-def _quantities() -> list[str]:
-    shots = [shot for name in TABLES for shot in published(name)]
-    return sorted({shot.quantity for shot in shots})
 
 
 def published(name: str) -> tuple[observations.Observation, ...]:
@@ -160,38 +156,20 @@ def _row(name: str, shot: observations.Observation) -> dict[str, Any]:
 
 def pages() -> dict[str, str]:
     """shots.md."""
-    document = stored()
-    shots = document["shots"]
-    versions = ", ".join(f"`{name}` {number}" for name, number in document["measurements"].items())
-    parts = [
-        "# whipple against published shots\n",
-        "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
-        "each material has the constants that ship, with the sources in its file, and the numerics are the default "
-        f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
-        f"Student's t), scatter the standard deviation; fewer than {FEWEST} shots have neither.\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}; versions of the measurements: {versions}). Grids: "
-        + "; ".join(f"{TITLES[name]}: {_grids(grids)}" for name, grids in document["grids"].items())
-        + ". Blocks with craters absorb waves at their edges and have two particles along each direction of a cell.\n",
-        "## Bias and scatter\n",
-        summary(shots),
-        "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
-        "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
-        "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated; the one in aluminium "
-        "is known as a range alone, and nothing is compared with it. Craters in aluminium are read off figures at "
-        "second hand, with the scatter of their shots, and the alloy of the sphere is not stated. The grid of a bar "
-        "is as wide as it is expected to spread; one that spreads farther has no length (`lost_particles`).\n",
-        "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
-    ]
-    for name in TABLES:
-        mine = [row for row in shots if row["table"] == name]
-        parts += [f"## {TITLES[name]}\n", _by_source(mine), _rows(mine)]
-    parts += [
-        "## Published laws beside the craters and holes\n",
-        f"Each law whose range holds the shot. Fewer than {FEWEST} shots tell no bias and no scatter of a law.\n",
-        laws_beside(),
-    ]
-    return {"shots.md": "\n".join(parts)}
+    kept = stored()
+    of_tables = {name: [row for row in kept["shots"] if row["table"] == name] for name in TABLES}
+    text = in_markdown(
+        "shots",
+        kept=kept,
+        confidence=CONFIDENCE,
+        fewest=FEWEST,
+        titles=TITLES,
+        grids_of=_grids,
+        summary=summary(kept["shots"]),
+        tables=[(TITLES[name], _by_source(rows), _rows(rows)) for name, rows in of_tables.items()],
+        laws=laws_beside(),
+    )
+    return {"shots.md": text}
 
 
 def _grids(grids: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ On three grids all take a core more than an hour. The page of some is opened in 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -26,14 +26,11 @@ HALF_MODELS = {"table-3-3": 9.0, "table-3-4": 16.0}
 SHOWN = ("elastic-bar", "hole-laws", "taylor-bar")
 
 
-@contextmanager
-def _unwatched(name: str) -> Iterator:
-    yield lambda status: None
-
-
 def _rows(names: Sequence[str], level: ValidationLevel, folder: Path, **more: Any) -> Iterator[Row]:
     settings = Settings(data=folder / STORE, **more)
-    for _, comparison in validated(selected(names), level, folder, settings, _unwatched):
+    for _, comparison in validated(
+        selected(names), level, folder, settings, lambda name: nullcontext(lambda status: None)
+    ):
         yield Row(**vars(comparison))
 
 
