@@ -9,7 +9,7 @@ agreement is its mesh, so that the converged value stands beside it as a report.
 
 The table has the columns ``by`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
 parameters and the quantities, with their units in the header (``studies.observations``). ``studies.cases.compared``
-makes comparisons of a cube. Each case is a claim by its own sentence (``tests/cases/test_validation.py``).
+makes comparisons of a cube. Each case is a claim by its own sentence (``tests/studies/cases/test_published.py``).
 """
 
 import csv
