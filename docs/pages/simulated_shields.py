@@ -21,10 +21,13 @@ from typing import Any
 from docs.pages import RESULTS, computed_once, in_markdown, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
-from studies.observations.shields import joined
-from studies.observations.shields.answers import shown
-from studies.observations.shields.drawn import SimulationKind, failures_found
-from studies.observations.shields.joined import (
+from studies.outcomes.found import Share
+from studies.quantities.findings import InvalidInput
+from studies.runs.run import resolve
+from studies.shields.shots import joined
+from studies.shields.shots.answers import shown
+from studies.shields.shots.drawn import SimulationKind, failures_found
+from studies.shields.shots.joined import (
     LEAST_CELLS,
     MOST_CELLS,
     THROUGH_BUMPER,
@@ -34,10 +37,8 @@ from studies.observations.shields.joined import (
     cells_across,
     cells_through,
 )
-from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge, range_of
-from studies.observations.shields.shots import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
-from studies.quantities.findings import InvalidInput
-from studies.runs.run import resolve
+from studies.shields.shots.judged import RANGES, Judged, equations, judge, range_of
+from studies.shields.shots.table import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
 from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "simulated-shields.json"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from docs.pages import RESULTS, KeptRow, by_place, cell, counted, in_markdown, keep, plain, read_json, short, table
-from service.cli.validation import STORE, selected, validated
+from service.cases.validation import STORE, selected, validated
 from service.settings import Settings
 from solver import PHYSICS_VERSION
 from studies.cases import validation

@@ -14,7 +14,7 @@ from xarray import Dataset
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
-from studies.laws import CRITICAL
+from studies.laws import critical
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
 from studies.quantities.measured import NO_DOUBT
@@ -27,7 +27,7 @@ def quantities_of(dataset: xr.Dataset) -> list[str]:
 
 def critical_of(dataset: xr.Dataset) -> list[str]:
     """Names of the diameters that laws predict for the outcomes of a cube."""
-    return [name for name in CRITICAL.values() if LAW_LABEL.is_in(dataset, name)]
+    return [name for name in critical().values() if LAW_LABEL.is_in(dataset, name)]
 
 
 def finite(value: Any) -> Any:

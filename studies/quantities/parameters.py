@@ -8,11 +8,11 @@ other records: at the door their fields stand beside its own (``flat``, ``nested
 """
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from functools import cache
 from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
@@ -27,6 +27,8 @@ from studies.quantities.units import (
 )
 
 Value = float | int | bool | str | None
+# What JSON and YAML hold.
+Plain: TypeAlias = "Value | Sequence[Plain] | Mapping[str, Plain]"
 Record = TypeVar("Record")
 ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 

@@ -22,6 +22,7 @@ from studies.quantities.units import round_quantity
 from studies.runs import run
 from studies.sweeps.accuracy import cells_of, in_percent
 from studies.sweeps.axes import Axis
+from studies.sweeps.guides import guide_of
 from studies.sweeps.reading import (
     ACCEPTED,
     END,
@@ -436,17 +437,13 @@ class Sweep:
             yield from ({**at, axis.name: end} for end in (axis.search.low, axis.search.high))
 
     def _chance(self, at: Mapping[str, Value]) -> "Chance | None":
-        """The chance that a searched limit lies below a value, by equations and shots; None where it is not known."""
-        from studies.laws import CRITICAL
-        from studies.observations.shields.probability import chance_of_diameter
-
+        """The chance that a searched limit lies below a value; None where nothing tells it."""
         axis = self.searched
         assert axis is not None
         assert axis.search is not None
-        if axis.search.until is None or axis.name != "projectile_diameter" or axis.search.quantity not in CRITICAL:
-            return None
-        shot = self._shot({**at, axis.name: axis.values[0]})
-        return chance_of_diameter(shot) if shot is not None and shot.shield is not None else None
+        guide = None if axis.search.until is None else guide_of(axis.search.quantity, axis.name)
+        shot = guide and self._shot({**at, axis.name: axis.values[0]})
+        return guide.chance(shot) if guide and shot else None
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
         values, cells = self._values(coordinates), self._cells_at(coordinates)

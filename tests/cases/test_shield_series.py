@@ -15,12 +15,12 @@ from solver.grid.strays import MOST_DISCARDED
 from studies import materials
 from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample
-from studies.observations.shields import joined
-from studies.observations.shields.joined import Simulated
-from studies.observations.shields.shots import ShieldShot, published
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
+from studies.shields.shots import joined
+from studies.shields.shots.joined import Simulated
+from studies.shields.shots.table import ShieldShot, published
 from tests.claims.rows import Row, at_least, at_most, equal, reported
 
 QUICK = 20.0  # s, of a run: those that are computed anew

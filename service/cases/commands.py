@@ -1,0 +1,70 @@
+"""Published problems, computed here and compared."""
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.commands import LOCAL, Commands
+from service.cli.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
+from studies.quantities.findings import refusal
+
+if TYPE_CHECKING:
+    from studies.cases.validation import ValidationLevel
+
+app = typer.Typer()
+COMMANDS = Commands("cases", LOCAL, app, place=3)
+
+Cases = Annotated[list[str] | None, typer.Argument(metavar="[CASE ...]", help="Cases; all without one.")]
+DetailLevel = Annotated[
+    str,
+    typer.Option(
+        "--level", metavar="quick|thesis|fine", help="Coarse grids; the meshes of the sources; or three grids."
+    ),
+]
+
+
+@app.command()
+def validate(
+    cases: Cases = None,
+    level: DetailLevel = "quick",
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for page, cubes and reports.")] = Path("validation"),
+    threads: Threads = None,
+    listing: Annotated[bool, typer.Option("--list", help="Print the cases alone.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Compute published problems, and compare. Repeated, it resumes."""
+    from service.cases.validation import STORE, selected, validated
+    from service.client.progress import showing_progress
+
+    chosen_level = _level(level)
+    chosen = selected(cases or [])
+    if listing:
+        for case in chosen:
+            print(f"{case.name}: {case.says}")
+        return
+    folder = folder_of(out)
+    settings = settings_of(data=folder / STORE, threads=threads)
+    rows = []
+    for name, row in validated(chosen, chosen_level, folder, settings, showing_progress):
+        rows.append((name, row))
+        if not as_json:
+            print(f"{name} | {row}", flush=True)
+    verdicts = Counter(row.verdict for _, row in rows)
+    if as_json:
+        print(json.dumps([{"case": name, **row.as_json()} for name, row in rows], indent=2, allow_nan=False))
+    else:
+        print(f"{verdicts['PASS']} passed, {verdicts['FAIL']} failed, {verdicts['REPORT']} reported")
+        print(f"page: {folder / 'index.html'}")
+    raise typer.Exit(FAILURE if verdicts["FAIL"] or not rows else SUCCESS)
+
+
+def _level(text: str) -> "ValidationLevel":
+    from studies.cases.validation import LEVELS
+
+    for level in LEVELS:
+        if text == level:
+            return level
+    raise refusal("--level", text, ", ".join(LEVELS), "write one of these")
