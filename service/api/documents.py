@@ -9,12 +9,11 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterable
-from datetime import date
-from typing import TypeAlias
 
 import yaml
 
 from studies.quantities.findings import Finding, InvalidInput, shown
+from studies.quantities.parameters import Plain
 from studies.quantities.texts import strictly_decoded
 from studies.sweeps import document as sweep_document
 
@@ -24,8 +23,6 @@ MOST_BRACKETS = 100_000  # opening brackets in JSON; ten thousand observations h
 MOST_YAML_VALUES = 50_000  # each takes 8 us, in JSON 0.1 us (2026-11)
 # Characters of an unquoted YAML value; parsing one like 1:30:00 as a number takes quadratic time.
 LONGEST_PLAIN = 1_000
-# What JSON and YAML hold.
-Plain: TypeAlias = "date | bool | int | float | str | list[Plain] | dict[str, Plain] | None"
 CHECKED_TYPES = frozenset({dict, list, str})
 INVALID_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL and lone surrogates, which escapes can produce
 

@@ -11,11 +11,11 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 import anyio
 from anyio import to_process
 
-from service.api.documents import Plain
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.reading import USUAL, Given, Made, ReadingLimits, within_limits
 from service.api.turns import Places
 from service.records.expansion import ExpandedSweep, expand_again
+from studies.quantities.parameters import Plain
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child

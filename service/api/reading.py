@@ -20,9 +20,10 @@ from types import FrameType
 from typing import TypeVar
 
 from service import memory
-from service.api.documents import Plain, pointer, read_json, read_yaml
+from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Plain
 from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
 from studies.sweeps.reading import SweepLimits

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
-from service.api.documents import Plain
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
 from service.pages.forms import read_value
 from service.records.expansion import ExpandedSweep
 from studies.quantities.findings import Finding, InvalidInput
-from studies.quantities.parameters import Value
+from studies.quantities.parameters import Plain, Value
+from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -28,7 +28,7 @@ def longer(further: FurtherValues) -> ExpandedSweep:
     """A sweep with further values on one of its axes; raises InvalidInput."""
     values = read_value("values", further.values)
     sweep = Sweep.parse(further.document, ACCEPTED)
-    sweep = sweep.with_values(further.axis, values if isinstance(values, list) else [values])
+    sweep = with_values(sweep, further.axis, values if isinstance(values, list) else [values])
     # Once more, under the limits of a sweep that is posted.
     return expanded_sweep(Sweep.parse(sweep.document(), SweepLimits(further.max_runs)))
 

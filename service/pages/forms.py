@@ -12,13 +12,13 @@ from pprint import pformat
 
 import yaml
 
-from service.api.documents import Plain, read_yaml
+from service.api.documents import read_yaml
 from service.api.reading import EstimatedSweep, estimated_sweep, expanded_sweep
 from service.records.expansion import ExpandedSweep
 from studies import scenarios
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, InvalidInput, refusal
-from studies.quantities.parameters import Parameter, Value, declared
+from studies.quantities.parameters import Parameter, Plain, Value, declared
 from studies.sweeps.reading import KEYS, SweepLimits
 from studies.sweeps.sweep import Sweep
 

@@ -8,13 +8,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from service.api.documents import Plain
 from service.pages.charts import Chart, ChartLine
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
 from studies.quantities.display import kind_of, printed_beside
-from studies.quantities.parameters import Value, declared
+from studies.quantities.parameters import Plain, Value, declared
 from studies.quantities.units import readable
 from studies.sweeps.reading import OFFSET, RESOLUTION
 

@@ -17,7 +17,7 @@ from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENC
 from studies.laws import critical
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
-from studies.quantities.measured import NO_DOUBT
+from studies.quantities.measured import ERROR_UNKNOWN
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
@@ -65,7 +65,7 @@ def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
 
 def doubts(flags: xr.DataArray) -> xr.DataArray:
     """The flags that doubt a value: all but those that say how well its error is known."""
-    unknown = sum(mask for mask, word in flag_meanings(flags) if word in NO_DOUBT)
+    unknown = sum(mask for mask, word in flag_meanings(flags) if word == ERROR_UNKNOWN)
     return flags & ~np.int32(unknown)
 
 

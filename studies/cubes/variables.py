@@ -18,7 +18,7 @@ from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variabl
 from studies.laws import SPEED, THICKNESS_RATIO, RangeStatus, in_words, range_in_words
 from studies.quantities.parameters import Parameter
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 1
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"

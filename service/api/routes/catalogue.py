@@ -88,7 +88,7 @@ def list_materials() -> CatalogueModel:
 @written_once("/laws", CatalogueModel)
 def list_laws() -> CatalogueModel:
     """Every law, with equation, source and range."""
-    return CatalogueModel(items=[laws.load(name).describe() for name in laws.names()])
+    return CatalogueModel.model_validate({"items": [laws.load(name).describe() for name in laws.names()]})
 
 
 @router.post("/laws/evaluate", openapi_extra=QUESTION_BODY, responses={200: QUESTION_ANSWER})

@@ -18,7 +18,6 @@ from starlette.concurrency import run_in_threadpool
 from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
-from service.api.documents import Plain
 from service.api.routes.sweeps import priced
 from service.pages.browsers import ONCE, idempotency_of
 from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
@@ -29,7 +28,7 @@ from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Kee
 from service.store import Store
 from studies import materials, scenarios
 from studies.quantities.findings import Findings, InvalidInput, nearest_cure, refusal
-from studies.quantities.parameters import declared, grouped
+from studies.quantities.parameters import Plain, declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent

@@ -23,7 +23,6 @@ from service.api.dependencies import (
     submit,
     submitting,
 )
-from service.api.documents import Plain
 from service.api.downloads import bring_back
 from service.api.routes import sweeps
 from service.api.schemas import SweepModel
@@ -39,6 +38,7 @@ from studies import measurements
 from studies.laws import critical
 from studies.quantities.files import REPORT_JSON
 from studies.quantities.numerical_defaults import NO_FAILURE
+from studies.quantities.parameters import Plain
 from studies.shields.shots.drawn import beside_walls
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)

@@ -14,10 +14,10 @@ makes comparisons of a cube. Each case is a claim by its own sentence (``tests/s
 
 import csv
 import io
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, get_args
 
 import xarray as xr
 
@@ -27,13 +27,13 @@ from studies import observations, scenarios
 from studies.cases.compared import Picture, PublishedNumber
 from studies.cases.comparison import Comparison
 from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.reading import published_shots, vocabulary
 
 ValidationLevel = Literal["quick", "thesis", "fine"]
 LEVELS: tuple[ValidationLevel, ...] = get_args(ValidationLevel)
 Cubes = Mapping[str, xr.Dataset]  # by the names of a case's sweeps
-Field: TypeAlias = "str | float | Sequence[Field] | Mapping[str, Field]"
-Document = Mapping[str, Field]  # of a sweep
+Document = Mapping[str, Plain]  # of a sweep
 
 
 @dataclass(frozen=True, kw_only=True)

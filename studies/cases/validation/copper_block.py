@@ -30,18 +30,11 @@ from studies.cases.compared import (
     kinetic_energy,
 )
 from studies.cases.comparison import Comparison, at_most, reported
-from studies.cases.validation import (
-    Cubes,
-    Document,
-    Field,
-    ValidationCase,
-    ValidationLevel,
-    numbers_of,
-    of_observations,
-)
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of, of_observations
 from studies.fits.fit import fit, forms_of
 from studies.fits.measured import MeasuredShots, of_table
 from studies.laws.fitting.forms import Form
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 
 CELL = 1e-3  # m, of the thesis
@@ -60,7 +53,7 @@ FIXED: Document = {
 REFINED = (1.0, 2.0, 4.0)  # of the fine level, cells of the thesis over the cells
 
 
-def _craters(level: ValidationLevel, diameter: float, end_time: str, **fixed: Field) -> Document:
+def _craters(level: ValidationLevel, diameter: float, end_time: str, **fixed: Plain) -> Document:
     """Parameters and resolutions of a crater at a level: a body of revolution, or the thesis' half model."""
     cells = diameter / CELL
     return {

@@ -13,7 +13,8 @@ import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, energy_line, grids_of
 from studies.cases.comparison import Comparison, at_most, relative, reported
-from studies.cases.validation import Cubes, Document, Field, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
+from studies.quantities.parameters import Plain
 
 LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), section 2.3.1
 WAVE_SPEED = math.sqrt(100e9 / 8900.0)  # m/s, of a slender bar
@@ -40,7 +41,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     return sweeps | {OWN_NUMERICS: _sweep("quarter", (THESIS,), recipe="thesis")}
 
 
-def _sweep(geometry: str, cells: tuple[float, ...], **fixed: Field) -> Document:
+def _sweep(geometry: str, cells: tuple[float, ...], **fixed: Plain) -> Document:
     return {
         "title": f"Elastic bar on a wall, {geometry}: Ma (2005), section 2.3.1",
         "scenario": "elastic_bar",

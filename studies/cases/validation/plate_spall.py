@@ -14,8 +14,9 @@ import xarray as xr
 from studies import materials
 from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber
 from studies.cases.comparison import Comparison, absolute, relative
-from studies.cases.validation import Cubes, Document, Field, ValidationCase, ValidationLevel, of_observations
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, of_observations
 from studies.quantities.display import decimals
+from studies.quantities.parameters import Plain
 from studies.scenarios.parts.matter import elastic_speed
 
 TABLE = "plate-impacts"
@@ -37,7 +38,7 @@ def shots() -> dict[str, PublishedNumber]:
 
 
 def document(
-    number: PublishedNumber, cells: tuple[float, ...], failure: str = "spall-rate", **fixed: Field
+    number: PublishedNumber, cells: tuple[float, ...], failure: str = "spall-rate", **fixed: Plain
 ) -> Document:
     """The sweep of a shot on some grids."""
     shot = number.shot.parameters

@@ -14,7 +14,8 @@ import xarray as xr
 
 from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.comparison import Comparison
-from studies.cases.validation import Cubes, Document, Field, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.parameters import Plain
 
 QUANTITY = "crater_depth_over_diameter"
 DEEP, LIKE, SHALLOW = "steel-on-aluminium", "copper-on-copper", "aluminium-on-steel"
@@ -25,7 +26,7 @@ PAIRS = {
 }
 LIMIT = 0.5  # Ma (2005), section 1.2.1
 SPEEDS, QUICK = (1, 2, 4, 6, 8), (6,)  # km/s
-CELLS: Mapping[ValidationLevel, Field] = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
+CELLS: Mapping[ValidationLevel, Plain] = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
 SMALL_BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 
 

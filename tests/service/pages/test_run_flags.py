@@ -10,11 +10,11 @@ from tests.studies.support.fakes import measured
 
 @pytest.mark.parametrize("of_the_run", [(), ("under_resolved",)])
 def test_log__names_the_flags_of_the_page(of_the_run: tuple[str, ...]) -> None:
-    hole = measured(0.0148, "few_cells_through", "still_growing")
+    hole = measured(0.0148, "error_unknown", "still_growing")
     lines: list[str] = []
     RunLog(lines.append).end(RunResult("id", "succeeded", measurements={"hole_diameter": hole}, flags=of_the_run))
     page = ", ".join(_printed("hole_diameter", hole.value, hole.uncertainty, hole.flags, {}).flags)
-    assert page == "few cells through, still growing"
+    assert page == "error unknown, still growing"
     assert lines[1].endswith(f"[{page}]")
     assert lines[-2:] == [
         f"flags of the run: {', '.join(of_the_run).replace('_', ' ') or 'none'}",
