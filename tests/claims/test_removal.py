@@ -2,9 +2,9 @@
 
 import pytest
 
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
 from tests.claims.removal import Tried, features, without
+from tests.claims.rows import equal
 
 
 @pytest.mark.parametrize(

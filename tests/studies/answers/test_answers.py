@@ -10,9 +10,9 @@ import pytest
 from studies.answers.answer import answers, document
 from studies.answers.cube import cube_of
 from studies.answers.question import read_question
-from studies.cases.rows import equal
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
+from tests.claims.rows import equal
 from tests.studies import samples
 
 PLATE = {
