@@ -10,14 +10,12 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, FEW_PARTICLES, RECIPES
-from studies.quantities.parameters import declared
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
-from studies.scenarios.parts.bumpers import FurtherBumpers
 from studies.scenarios.parts.lattice import (
     SECTORS,
     BodyPoints,
@@ -88,9 +86,6 @@ SHOT = frozenset(
     {
         *("projectile", "projectile_diameter", "projectile_shape", "projectile_length", "speed", "obliquity"),
         *("target", "plate_thickness", "plate_radius", "target_depth", "target_radius", "edges", "beyond_edge"),
-        *("bumper", "wall", "bumper_thickness", "bumper_radius", "stand_off", "wall_thickness", "wall_radius"),
-        *("cells_per_wall", "wall_time"),
-        *declared(FurtherBumpers),
         *("geometry", "cells_per_diameter", "offset", "end_time", "stop", "settled_growth", "settled_window"),
         "film_interval",
     }
@@ -334,6 +329,8 @@ class Impact:
 class ImpactSetUp(SetUp):
     """The parameters that every impact has, and what follows from them."""
 
+    of_shot: ClassVar[frozenset[str]] = SHOT
+
     shot: Shot
     fracture: Fracture
     numerics: Numerics
@@ -378,7 +375,7 @@ class ImpactSetUp(SetUp):
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
-        if not self.experienced or not self.has_defaults(materials, SHOT):
+        if not self.experienced or not self.has_defaults(materials, self.of_shot):
             return {}
         grids = {name: self.impact.mesh_grid(quantity, materials) for name, quantity in self.experienced.items()}
         return {name: grid for name, grid in grids.items() if grid is not None}

@@ -4,7 +4,7 @@
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -66,17 +66,3 @@ def failures_found(failure: str, normal_speed: float) -> Share | None:
     ranges = ranges_of(SimulationKind((failure,), "one"))
     mine = [each for place, each in enumerate(ranges) if (place == 0) == (range_of(normal_speed) == 0)]
     return Share(sum(each.found for each in mine), sum(each.perforated for each in mine)) if mine else None
-
-
-def beside_held(found: Share | None) -> str:
-    """What stands beside a simulated wall that holds: "such simulations found 7 of 17 walls that were perforated"."""
-    if found is None:
-        return "no published shots were simulated like this"
-    return f"such simulations found {found.count} of {found.of} walls that were perforated"
-
-
-def beside_walls(failures: Iterable[str]) -> str:
-    """What stands below a table of simulated walls, by the failures of its runs."""
-    told = {each: beside_held(failures_found(each, FAST)) for each in failures}
-    each = [f"with failure {failure}, {text}" for failure, text in told.items()]
-    return f"Where a wall holds at {FAST / 1e3:g} km/s or faster: {'; '.join(each)}."

@@ -18,8 +18,8 @@ from studies.measurements.impact.connected import connected
 from studies.measurements.impact.matter import Breakup, Melting
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
-from studies.measurements.shield import ShieldView
-from studies.measurements.wall import WallView, wall_of
+from studies.shields.measurements.shield import ShieldView
+from studies.shields.measurements.wall import WallView, wall_of
 from tests import samples
 
 DENSITY = 8930.0

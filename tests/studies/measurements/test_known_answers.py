@@ -12,8 +12,8 @@ import pytest
 
 from studies.measurements import History
 from studies.measurements.bar import rear_face_place
-from studies.measurements.wall import WallView
 from studies.quantities.measured import DEFINITION
+from studies.shields.measurements.wall import WallView
 from tests import samples
 from tests.claims.rows import absolute, equal
 from tests.studies.measurements.states import (
