@@ -10,12 +10,12 @@ from studies.quantities.parameters import Plain, Value
 from studies.shields.shield import WALL_PERFORATED
 from studies.shields.shots.drawn import FAST, failures_found
 
-RUN, SWEEP = "service.shields.pages:held.txt", "service.shields.pages:walls.txt"
+TEMPLATE = "service.shields.pages:walls.txt"
 
 
 def beside_held(failure: str, normal_speed: float) -> str:
     """What stands beside a wall that holds."""
-    return rendered(RUN, found=failures_found(failure, normal_speed))
+    return rendered(TEMPLATE, found=failures_found(failure, normal_speed))
 
 
 def _of_run(value: float, parameters: Mapping[str, Value]) -> str:
@@ -32,7 +32,7 @@ def _of_sweep(document: Mapping[str, Plain]) -> str:
     if not isinstance(failures, list):
         failures = [fixed.get("failure", NO_FAILURE) if isinstance(fixed, Mapping) else NO_FAILURE]
     found = {str(failure): failures_found(str(failure), FAST) for failure in failures}
-    return rendered(SWEEP, found=found, speed=FAST / 1e3)
+    return rendered(TEMPLATE, found=found, fast=FAST / 1e3)
 
 
 NOTE = OutcomeNote(WALL_PERFORATED, _of_run, _of_sweep)

@@ -102,7 +102,6 @@ def test_damage__is_refused_where_the_target_states_none_of_its_constants() -> N
         ("thin_plate", {"target": "al-2017-t4"}, "none"),
         ("thin_plate", {"failure": "none"}, "none"),
         *([("thin_plate", {"method": "sph", "geometry": "quarter"}, "none")] if "sph" in methods() else []),
-        ("whipple_shield", {}, "none"),
         ("plate_impact", {}, "none"),
     ],
 )
