@@ -13,7 +13,7 @@ from studies.shields.curves import like_shields
 from studies.shields.figure import shield_figure
 from studies.shields.limit import shield_limits, shots_at, shots_of
 from studies.shields.probability import shot_of, with_chances
-from studies.shields.section import BallisticLimit, Beside, Equation, JustSafe, OrderedShots, ShieldLimit, WallRun
+from studies.shields.section import BallisticLimit, Beside, Equation, OrderedShots, ShieldLimit, WallRun
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots import answers
 
@@ -62,10 +62,7 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, ShotAtShield]
         easier=easier,
         harder=harder,
         nearest=answer.nearest[:NEAREST] if is_like else (),
-        safe=tuple(
-            JustSafe(each.size.value, each.risk, each.law, each.value, each.reason and each.reason.value)
-            for each in answer.safe
-        ),
+        safe=answer.safe,
     )
 
 

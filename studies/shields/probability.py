@@ -9,11 +9,11 @@ import xarray as xr
 from studies.cubes.points import Place, by_run, is_same, places_of, plain, refinements_of
 from studies.cubes.variables import EQUIVALENT_DIAMETER
 from studies.quantities.numerical_defaults import RECIPES
-from studies.shields.section import Apart, NotJoined, ShieldLimit, WallChance, WallRun
+from studies.shields.section import Apart, NotJoined, ShieldLimit, WallRun
 from studies.shields.shield import ShotAtShield
-from studies.shields.shots.chance import Probability, probability
-from studies.shields.shots.drawn import SimulationKind
-from studies.shields.shots.joined import Joint, Simulated, cells_across, cells_through, joint
+from studies.shields.shots.chance import probability
+from studies.shields.shots.drawn import Joint, Simulated, SimulationKind, stored
+from studies.shields.shots.joined import cells_across, cells_through
 from studies.shields.shots.outside import outside_of_shots
 
 ROUNDED = 1e-6  # relative: of a number of cells, or a size
@@ -74,14 +74,10 @@ def _with_chance(run: WallRun, shot: ShotAtShield, settings: RunSettings, has_gr
     if before is None:
         return replace(run, outside=next(outside_of_shots(shot), ""))
     kind = SimulationKind((str(settings["failure"]),), "several" if has_grids else "one")
-    constants = joint(kind)
+    constants = stored().get(kind.name)
     apart = _apart(constants, shot, settings)
     joined = constants.probability(before, TOLD[run.perforated]) if constants and not apart else None
-    return replace(run, before=_chance(before), joined=_chance(joined) if joined else None, apart=apart)
-
-
-def _chance(probability: Probability) -> WallChance:
-    return WallChance(probability.value, probability.low, probability.high)
+    return replace(run, before=before, joined=joined, apart=apart)
 
 
 def _apart(constants: Joint | None, shot: ShotAtShield, settings: RunSettings) -> NotJoined | None:

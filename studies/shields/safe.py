@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from studies.outcomes.found import Share
 from studies.quantities.display import NONE, digits, display_of
 from studies.shields.shots.answers import ShieldAnswer
-from studies.shields.shots.inverse import NoSize, SafeSize, Size
+from studies.shields.shots.records import NoSize, SafeSize, Size
 
 COLUMNS = ("largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
 REASONS: Mapping[NoSize, str] = {

@@ -459,10 +459,10 @@ class WhippleShield(ImpactSetUp):
             return numbers
         return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
-    def sections(self, setting: ShieldSetting) -> "SectionOptions":
+    def sections(self, setting: Setting) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
-        return SectionOptions() if setting.before else super().sections(setting)
+        return SectionOptions() if isinstance(setting, ShieldSetting) and setting.before else super().sections(setting)
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from service.cli.commands import SHIPPED, Commands
+from service.cli.commands.catalogue import value_with_unit
 from service.cli.console import print_json, print_table, say
 from service.cli.options import Json
 from studies.answers import examples
@@ -17,7 +18,6 @@ from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Parameter
-from studies.quantities.units import readable
 from studies.sweeps.document import read_sweep_file, read_yaml
 
 app = typer.Typer()
@@ -113,7 +113,7 @@ def _show_answer(answer: ShotAnswer, varied: list[str]) -> None:
     told = target.told(answer.addition) if answer.addition else None
     if varied:
         values = ((name, answer.parameters[name], shot_parameters()[name].unit) for name in varied)
-        said = (f"{name} {readable(value, unit) if unit else value}" for name, value, unit in values)
+        said = (f"{name} {value_with_unit(value, unit)}" for name, value, unit in values)
         say(", ".join(said))
     for line in told.lines if told else ():
         say(line)

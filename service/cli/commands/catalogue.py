@@ -56,7 +56,7 @@ def list_kind(
 def _list_materials(materials: "Iterable[Material]") -> None:
     rows = (
         (
-            *(each.name, each.title, each.family, _value(each.density, each.sources["density"].unit)),
+            *(each.name, each.title, each.family, value_with_unit(each.density, each.sources["density"].unit)),
             *(each.eos.kind, each.strength.kind),
         )
         for each in materials
@@ -68,7 +68,12 @@ def _show_material(material: "Material") -> None:
     print(f"{material.name}: {material.title} ({material.family}; {material.eos.kind}, {material.strength.kind})")
     stated = sorted(material.sources.items(), key=lambda item: item[0].startswith("yield_stresses."))
     rows = (
-        (path.replace("yield_stresses.", "yield stress: "), _value(each.value, each.unit), each.confidence, each.source)
+        (
+            path.replace("yield_stresses.", "yield stress: "),
+            value_with_unit(each.value, each.unit),
+            each.confidence,
+            each.source,
+        )
         for path, each in stated
     )
     print_table(("constant", "value", "confidence", "source"), rows)
@@ -107,10 +112,10 @@ def _show_scenario(scenario: "Scenario") -> None:
 def _default(parameter: Parameter) -> str:
     if parameter.required:
         return "required"
-    return "" if parameter.default is None else _value(parameter.default, parameter.unit)
+    return "" if parameter.default is None else value_with_unit(parameter.default, parameter.unit)
 
 
-def _value(value: float | str | None, unit: str | None) -> str:
+def value_with_unit(value: float | str | None, unit: str | None) -> str:
     """A value with its unit, as a sweep document writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"

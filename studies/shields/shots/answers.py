@@ -10,10 +10,11 @@ from studies import laws
 from studies.answers.targets import Addition
 from studies.quantities.display import percent
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
-from studies.shields.shots.chance import Probability, probability
-from studies.shields.shots.inverse import SafeSize, safe_sizes
+from studies.shields.shots.chance import probability
+from studies.shields.shots.inverse import safe_sizes
 from studies.shields.shots.judged import Judged, equations, judge
 from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.records import Probability, SafeSize
 from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 
 # What the field calls the equations, in a sentence.

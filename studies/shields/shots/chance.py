@@ -47,6 +47,7 @@ from studies.quantities.roots import root_between
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots.judged import equations, margin, margins
 from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.records import Probability, written
 from studies.shields.shots.table import ShieldShot, laboratory, published
 
 STORED = Path(__file__).with_name("fitted.json")
@@ -73,15 +74,6 @@ def logit(chance: ArrayLike) -> NDArray:
     [0.0, 2.0]
     """
     return np.log(chance) - np.log1p(-np.asarray(chance))
-
-
-@dataclass(frozen=True)
-class Probability:
-    """A probability with the interval, at 95 %, that a laboratory not seen may find."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -252,5 +244,4 @@ def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:
 
 
 if __name__ == "__main__":
-    plain = {name: asdict(curve) for name, curve in compute().items()}
-    STORED.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+    STORED.write_text(written({name: asdict(curve) for name, curve in compute().items()}), encoding="utf-8")

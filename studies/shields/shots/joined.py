@@ -25,21 +25,19 @@ once the lower end of what it gains there in 7, the mean less 1.96 standard erro
 help laboratories that are left out helps no shield that is not built yet.
 """
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studies.outcomes.found import DEVIATE
-from studies.shields.shots import drawn
-from studies.shields.shots.chance import Probability, expit, logit, most_probable
-from studies.shields.shots.drawn import DrawnShots, SimulationKind
+from studies.shields.shots.chance import expit, logit, most_probable
+from studies.shields.shots.drawn import STORED, DrawnShots, Joint, Simulated, SimulationKind
 from studies.shields.shots.judged import RANGES, range_of
+from studies.shields.shots.records import Probability, written
 from studies.shields.shots.table import ShieldShot, laboratory, published
 from studies.shields.shots.validation import predict
 
@@ -47,8 +45,6 @@ PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
 LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
 THROUGH_WALL = 8.0  # cells, at least
-Simulated = Literal["perforated", "held", "open"]
-NOT_JOINED = "the simulation is not counted"
 
 
 @dataclass(frozen=True)
@@ -59,31 +55,6 @@ class SimulatedShot:
     share: float  # of the shots of its outcome in its range of the speed: how many were drawn
     odds: float  # share of the perforated ones over that of those that held, in this range
     told: Simulated
-
-
-@dataclass(frozen=True)
-class Joint:
-    """What the outcome of a simulation adds to the logit of the probability."""
-
-    perforated: float
-    held: float
-    covariance: tuple[tuple[float, float], tuple[float, float]]
-    shots: int  # of the fit
-    ranges: tuple[DrawnShots, ...] = ()  # of the normal speed
-
-    def is_joined_at(self, normal_speed: float) -> bool:
-        """Whether such simulations are seen to help at a normal speed, m/s."""
-        return bool(self.ranges) and self.ranges[range_of(normal_speed)].is_gain
-
-    def probability(self, before: Probability, told: Simulated) -> Probability:
-        """The probability with the outcome of a simulation; one that is certain in double precision stays."""
-        if told == "open" or before.value in (0.0, 1.0):
-            return before
-        place = ("perforated", "held").index(told)
-        shift, variance = (self.perforated, self.held)[place], self.covariance[place][place]
-        middle, low, high = (float(logit(each)) for each in (before.value, before.low, before.high))
-        down, up = (math.hypot(end - middle, DEVIATE * math.sqrt(variance)) for end in (low, high))
-        return Probability(*(float(expit(middle + shift + by)) for by in (0.0, -down, up)))
 
 
 @dataclass(frozen=True)
@@ -188,10 +159,4 @@ def store(simulations: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> None
         kind.name: asdict(replace(joint_of(unseen(shots), shots), ranges=tuple(drawn_shots(shots, validated(shots)))))
         for kind, shots in simulations.items()
     }
-    drawn.STORED.write_text(json.dumps(joints, indent=1) + "\n", encoding="utf-8")
-
-
-def joint(kind: SimulationKind) -> Joint | None:
-    """The constants of a kind of simulation; None where no shots were simulated by such runs."""
-    constants = drawn.stored().get(kind.name)
-    return Joint(**{**constants, "ranges": drawn.ranges_of(kind)}) if constants else None
+    STORED.write_text(written(joints), encoding="utf-8")

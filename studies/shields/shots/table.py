@@ -353,50 +353,29 @@ def nearest(shot: ShotAtShield, shots: Sequence[ShieldShot], count: int) -> tupl
     the powers. Of another metal is what has a density more than a tenth apart.
     """
     pairs = zip(shots, distances(shot, shots), strict=True)
-    near = (NearShot(each, distance) for each, distance in pairs if math.isfinite(distance))
-    return tuple(sorted(near, key=lambda each: each.distance)[:count])
+    near = (NearShot(other, distance) for other, distance in pairs if math.isfinite(distance))
+    return tuple(sorted(near, key=lambda other: other.distance)[:count])
 
 
 def distances(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
-    return [_distance(_place(shot), _place(each.as_shot())) for each in shots]
+    return [_distance(_place(shot), _place(other.as_shot())) for other in shots]
 
 
 def distances_of_shields(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
-    mine = replace(_place(shot), impact=())
-    return [_distance(mine, replace(_place(each.as_shot()), impact=())) for each in shots]
+    return [_distance(_place(shot)[2:], _place(other.as_shot())[2:]) for other in shots]
 
 
-@dataclass(frozen=True)
-class _Place:
-    """What the distance of two shots is of: natural logarithms, and the angle in rad."""
-
-    impact: tuple[float, ...]  # diameter and speed
-    shield: tuple[float, ...]
-    densities: tuple[float, ...]
-    obliquity: float
-
-
-def _place(shot: ShotAtShield) -> _Place:
-    shield, metals = shot.shield, (shot.projectile.density, shot.target.density)
+def _place(shot: ShotAtShield) -> tuple[float, ...]:
+    """What the distance of two shots is of: ln of diameter, speed, four numbers of the shield, densities; the angle."""
+    shield = shot.shield
     sizes = (shield.bumper_thickness, shield.wall_thickness, shield.stand_off, shield.wall_yield_stress)
-    return _Place(
-        _logarithms(shot.projectile_diameter, shot.speed),
-        _logarithms(*sizes),
-        _logarithms(*metals, shield.wall_density or shot.target.density),
-        shot.obliquity,
-    )
+    densities = (shot.projectile.density, shot.target.density, shield.wall_density or shot.target.density)
+    return *map(math.log, (shot.projectile_diameter, shot.speed, *sizes, *densities)), shot.obliquity
 
 
-def _logarithms(*numbers: float) -> tuple[float, ...]:
-    return tuple(map(math.log, numbers))
-
-
-def _distance(one: _Place, other: _Place) -> float:
-    apart = max(abs(a - b) for a, b in zip(one.densities, other.densities, strict=True))
-    if apart > math.log(OTHER_METAL):
-        return math.inf
-    mine, its = ((*each.impact, *each.shield, *each.densities, each.obliquity) for each in (one, other))
-    distance = math.dist(mine, its)
-    return math.inf if math.isnan(distance) else distance
+def _distance(one: Sequence[float], other: Sequence[float]) -> float:
+    densities = [abs(a - b) for a, b in zip(one[-4:-1], other[-4:-1], strict=True)]
+    distance = math.dist(one, other)
+    return math.inf if max(densities) > math.log(OTHER_METAL) or math.isnan(distance) else distance

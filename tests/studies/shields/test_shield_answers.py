@@ -26,9 +26,10 @@ from studies.shields.shots.chance import (
     probability,
     terms,
 )
-from studies.shields.shots.inverse import NoSize, Size, resized, safe_sizes
+from studies.shields.shots.inverse import resized, safe_sizes
 from studies.shields.shots.judged import equations, margin, margins
 from studies.shields.shots.outside import bounds_of_shots
+from studies.shields.shots.records import NoSize, Size
 from studies.shields.shots.table import NEAR, ShieldShot, distances, laboratory, published
 from studies.shields.shots.validation import (
     MEAN,
