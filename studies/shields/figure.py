@@ -14,11 +14,11 @@ from studies.quantities.units import readable
 from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
 from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.wording import in_words, text_template
-from studies.shields.curves import LIKE, like_shields, outcomes_of
 from studies.shields.limit import name_of, shots_at
+from studies.shields.picture import outcomes_of
 from studies.shields.section import ShieldLimit
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
-from studies.shields.shots.table import published
+from studies.shields.shots.table import LIKE, like_shields, published
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
 

@@ -9,13 +9,13 @@ from studies.outcomes.shots import OF_MODEL
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
 from studies.reports.wording import text_template, worded
-from studies.shields.curves import like_shields
 from studies.shields.figure import shield_figure
-from studies.shields.limit import shield_limits, shots_at, shots_of
+from studies.shields.limit import has_limits, shield_limits, shots_at, shots_of, wall_runs
 from studies.shields.probability import shot_of, with_chances
 from studies.shields.section import BallisticLimit, Beside, Equation, OrderedShots, ShieldLimit, WallRun
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots import answers
+from studies.shields.shots.table import like_shields
 
 NEAREST = 3  # published shots
 NAMED = 2  # equations of a headline
@@ -27,11 +27,12 @@ Said = Literal["held", "perforated", "undecided", "disagree"]
 def part_of(source: Source) -> Part | None:
     """The section; None of a sweep without a wall, or where no equation is known."""
     dataset, points = source.dataset, source.points
-    limits = shield_limits(points)
-    if not limits:
+    if not has_limits(points):
         return None
     shots = shots_of(dataset)
-    rows = with_chances(dataset, points, limits, shots)
+    rows = shield_limits(points, with_chances(dataset, points, wall_runs(points), shots))
+    if not rows:
+        return None
     opening = _opening_run(rows) or _opening_limit(rows)
     beside = _beside(opening, shots)
     record = BallisticLimit(rows, beside, bool(refinements_of(dataset)))

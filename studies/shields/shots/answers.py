@@ -87,18 +87,17 @@ class ShieldAnswer(Addition):
 
 def shown(probability: Probability) -> str:
     """A probability with its interval: "42 % (27 to 58)"."""
-    low, high = (f"{100.0 * each:.0f}" for each in (probability.low, probability.high))
+    low, high = (f"{100.0 * end:.0f}" for end in (probability.low, probability.high))
     return f"{percent(probability.value)} % ({low} to {high})"
 
 
-def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
-    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it."""
-    shots = (*published().shots, *own)
-    ordered = nearest(shot, shots, len(shots))
-    near = [each.shot for each in ordered if each.distance <= NEAR]
-    ease, eases = _ease(shot), [_ease(each.shot) for each in ordered]
-    easier = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
-    harder = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
+def answer(shot: ShotAtShield) -> ShieldAnswer:
+    """All that equations and shots say about a shot on a shield."""
+    ordered = nearest(shot, published().shots, len(published().shots))
+    near = [other.shot for other in ordered if other.distance <= NEAR]
+    ease, eases = _ease(shot), [_ease(other.shot) for other in ordered]
+    easier = [other for other, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
+    harder = [other for other, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
     return ShieldAnswer(
         probability=probability(shot),
         words=tuple(_words(shot)),
@@ -106,8 +105,8 @@ def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
         nearest=ordered[:LISTED],
         judged=tuple(judge(law, near, "near") for law in equations()),
         outside=tuple(outside_of_shots(shot)),
-        easier=_ordered(easier, [each for each in easier if each.shot.is_perforated]),
-        harder=_ordered(harder, [each for each in harder if not each.shot.is_perforated]),
+        easier=_ordered(easier, [other for other in easier if other.shot.is_perforated]),
+        harder=_ordered(harder, [other for other in harder if not other.shot.is_perforated]),
         safe=safe_sizes(shot),
     )
 

@@ -47,6 +47,9 @@ DENSITIES: Mapping[str, float] = {
 IN_DOUBT = "AFML-TR-70-135"
 CONTRADICTED = "of a source whose outcomes contradict each other"
 SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
+# A shield is like another where the root of the summed squares of ln ratios (bumper, wall, space, yield stress of the
+# wall, densities) and of the angle in rad is no more: each ratio within 1.5 if all else is equal.
+LIKE = 0.4
 NEAR = 0.5  # of the distance: five numbers that differ by a quarter each
 OTHER_METAL = 1.1  # ratio of densities: those of alloys of aluminium differ by less, those of other metals by more
 
@@ -362,8 +365,16 @@ def distances(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     return [_distance(_place(shot), _place(other.as_shot())) for other in shots]
 
 
+def like_shields(shot: ShotAtShield) -> list[ShieldShot]:
+    """The published shots on shields like that of a shot, at any speed and of any diameter; all have one bumper."""
+    if shot.shield.further_bumpers:
+        return []
+    shots = published().shots
+    return [like for like, apart in zip(shots, distances_of_shields(shot, shots), strict=True) if apart <= LIKE]
+
+
 def distances_of_shields(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
-    """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
+    """The distances without the ratios of diameter and speed: how far the shields and the metals are apart."""
     return [_distance(_place(shot)[2:], _place(other.as_shot())[2:]) for other in shots]
 
 

@@ -402,13 +402,6 @@ def test_answer__of_another_metal_leaves_its_equations_out(part: str, change: di
     assert got.sentence == f"no probability: the {part} is copper, all shots are of aluminium; no equation covers it."
 
 
-def test_answer__has_the_users_own_shots_among_those_near() -> None:
-    own = replace(next(shot for shot in SHOTS if shot.obliquity == 0.0), source="own", shot="1")
-    alone, together = answer(own.as_shot()), answer(own.as_shot(), [own])
-    assert together.near == alone.near + 1
-    assert own in [each.shot for each in together.nearest]
-
-
 @pytest.mark.claim("door", "shield-answer")
 def test_answers__are_short_and_quick(compared: Callable[[Row], None]) -> None:
     """An answer for a shield has at most 20 words, names each equation as it decides, and takes at most 50 ms."""
