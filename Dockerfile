@@ -53,8 +53,8 @@ USER 10001
 WORKDIR /data
 # Kernels are compiled for the x86-64 level of the machine that builds, and for v3, which nearly all have. On any other
 # processor they are compiled once more, in the first run; mount a volume on /var/cache/whipple to keep those.
-RUN whipple warm \
- && if [ "$(uname -m)" = x86_64 ]; then NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES='' whipple warm; fi
+RUN whipple demo --warm \
+ && if [ "$(uname -m)" = x86_64 ]; then NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES='' whipple demo --warm; fi
 VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s \

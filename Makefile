@@ -17,7 +17,7 @@ RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
 CLAIMS := $(VENV)/claims.stamp
 
-TARGETS := help demo demo-full docs test pythons claims soak bench map release clean
+TARGETS := help demo demo-full docs test pythons claims soak bench release clean
 .PHONY: $(TARGETS)
 
 help:
@@ -29,7 +29,6 @@ help:
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench [JSON=file]  measure speed (docs/speed.md); never part of pass or fail"
-	@echo "make map                print what imports what, and write docs/house.md"
 	@echo "make release VERSION=n  version, changelog and citation, wheel, image and tag of a release"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
@@ -76,9 +75,6 @@ soak: $(DEVELOPMENT)
 bench: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.benchmarks $(if $(JSON),--json $(JSON))
 	@$(BIN)/python -m tests.benchmarks.queue
-
-map: $(DEVELOPMENT)
-	@$(BIN)/python -m tests.house
 
 # Nothing is uploaded. IMAGE=no: where there is neither docker nor podman.
 release: $(DEVELOPMENT)

@@ -11,6 +11,7 @@ from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from solver.registry import points
 from solver.steps.threads import AUTO, available_cores
 
 GIBIBYTE = 1 << 30
@@ -33,6 +34,15 @@ def _available_memory() -> int:
 def _refused(limit: str) -> PydanticCustomError:
     """The error of a refused setting, with the allowed values."""
     return PydanticCustomError("setting", "{limit}", {"limit": limit})
+
+
+def _check_scheme(group: str, kind: str, address: str) -> None:
+    """Refuse an address whose scheme no entry point of a group serves."""
+    scheme = address.partition("://")[0]
+    schemes = sorted({point.name for point in points(group)})
+    if scheme not in schemes:
+        known = ", ".join(f"{name}://" for name in schemes) or "none"
+        raise _refused(f"an address of an installed {kind}: no {kind} serves {scheme}://; there are: {known}")
 
 
 class Settings(BaseSettings):
@@ -177,15 +187,21 @@ class Settings(BaseSettings):
 
     @field_validator("engine")
     @classmethod
-    def _is_encrypted(cls, address: str | None) -> str | None:
-        """A scheduler runs any code that it is sent, so the connection has to be encrypted."""
+    def _is_served(cls, address: str | None) -> str | None:
         if address is None:
             return None
-        scheme, _, place = address.partition("://")
-        host, _, port = place.rpartition(":")
-        if scheme != "tls" or not host or not port.isdigit():
+        _check_scheme("service.execution.engines", "engine", address)
+        host, _, port = address.partition("://")[2].rpartition(":")
+        if not host or not port.isdigit():
             raise _refused("an address such as tls://scheduler.example.org:8786")
         return address
+
+    @field_validator("artifacts")
+    @classmethod
+    def _is_known_store(cls, url: str | None) -> str | None:
+        if url is not None:
+            _check_scheme("service.files.stores", "store of files", url)
+        return url
 
     @field_validator("tls_ca", "tls_cert", "tls_key")
     @classmethod

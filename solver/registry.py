@@ -3,9 +3,9 @@
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
 ``entries("studies.laws", "LAW")`` finds it. A feature, or another distribution, adds entries through the entry-point
 group ``whipple.studies.laws``, whose values name an entry, a tuple of entries or a folder whose modules offer theirs as
-ours do (``shields = "studies.shields.laws"``); our own groups are read from the tree's ``pyproject.toml`` where it
-lies beside the code, since the metadata of an installation are those of its day. A module that cannot be imported, or
-lacks its entry, stops the start and is named.
+ours do (``shields = "studies.shields.laws"``); our own groups are read from the tree's ``pyproject.toml`` where it lies
+beside the code, since the metadata of an installation are those of its day. A module that cannot be imported, or lacks
+its entry, stops the start and is named.
 """
 
 import importlib
@@ -28,10 +28,14 @@ TREE = Path(__file__).parents[1] / "pyproject.toml"
 def entries(package: str, kind: str) -> Mapping[str, Any]:
     """Entries of one kind by their ``name``, sorted.
 
-    A module whose name begins with an underscore offers none; a folder inside may offer none.
+    A package, or a module in its place, may offer some itself. A module whose name begins with an underscore offers
+    none; a folder inside may offer none.
     """
     members: dict[str, Any] = {}
-    _add_folder(members, importlib.import_module(package), kind)
+    own = importlib.import_module(package)
+    _add(members, getattr(own, kind, ()), package)
+    if hasattr(own, "__path__"):
+        _add_folder(members, own, kind)
     for point in points(package):
         offered = _loaded(point)
         if isinstance(offered, ModuleType):
@@ -39,6 +43,12 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
         else:
             _add(members, offered, point.value)
     return MappingProxyType(dict(sorted(members.items())))
+
+
+def folders(package: str) -> list[ModuleType]:
+    """A package, and the folders that entry points add to it."""
+    added = (_loaded(point) for point in points(package))
+    return [importlib.import_module(package), *(folder for folder in added if isinstance(folder, ModuleType))]
 
 
 def points(package: str) -> EntryPoints:

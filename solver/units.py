@@ -4,7 +4,6 @@ Inside the solver and the studies every quantity is a plain float in SI; an anno
 input (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -25,12 +24,6 @@ class Described:
     meaning: str
     minimum: float | None = None
     maximum: float | None = None
-    label: bool = False  # names what other fields hold: no part of a run's identity
-    # The default acts as if there were no such field, and then it is no part of a run's identity.
-    neutral: bool = False
-    # Whether the field acts beside the others of its record and on its resolved ``materials``; where it does not, it is
-    # no part of the identity.
-    acts: Callable[[Any], bool] | None = None
     # What solids that impacts are about have, in SI: a value beyond is allowed and doubted. Zero where the minimum is
     # zero is matter that goes without.
     usual: tuple[float, float] | None = None

@@ -7,10 +7,12 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 from docs.pages import plots
+from solver.registry import folders
 from studies import laws, materials, measurements
-from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot, limit_in_latex
+from studies.laws import NOT_FOUND, Law, Limit, Shot, limit_in_latex
 from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
+from studies.shields.shield import CRITICAL_DIAMETER, Shield, at_shield
 
 SPEEDS = [2e3 + 100.0 * step for step in range(61)]  # m/s
 DIAMETER = 8e-3  # m
@@ -49,13 +51,13 @@ def pages() -> dict[str, str]:
 def quantities() -> list[str]:
     """The quantities that a law answers: those that are measured, holes first, and then the others."""
     answered = {laws.load(name).quantity for name in laws.names()}
-    measured = sorted(answered - set(laws.UNMEASURED), reverse=True)
-    return [*measured, *(name for name in laws.UNMEASURED if name in answered)]
+    measured = sorted(answered - set(laws.unmeasured()), reverse=True)
+    return [*measured, *(name for name in laws.unmeasured() if name in answered)]
 
 
 def title_of(quantity: str) -> str:
     """The title of a quantity, measured or not."""
-    return laws.UNMEASURED.get(quantity) or measurements.load(quantity).title
+    return laws.unmeasured().get(quantity) or measurements.load(quantity).title
 
 
 def _is_critical(quantity: str) -> bool:
@@ -79,7 +81,7 @@ def _caption(quantity: str) -> str:
         plate = f" t/d = {THICKNESS:g};" if "hole" in quantity else ""
         text = f"Spheres of {1e3 * DIAMETER:g} mm;{plate} {lines}; a law with several published constants has a line "
         text += "for each."
-    if quantity in laws.UNMEASURED:
+    if quantity in laws.unmeasured():
         text += " No run measures this, so that no report compares it."
     drawn = {law.title for law in drawn_laws(quantity)}
     undrawn = [law.title for law in laws.answering(quantity) if law.title not in drawn]
@@ -124,10 +126,11 @@ def _limit(law: Law, limit: Limit) -> str:
 
 def file_of(law: Law) -> str:
     """The file that offers a law, alone or among others."""
-    for found in pkgutil.iter_modules(laws.__path__):
-        offered = getattr(importlib.import_module(f"studies.laws.{found.name}"), "LAW", ())
-        if law in (offered if isinstance(offered, tuple) else (offered,)):
-            return f"studies/laws/{found.name}.py"
+    for folder in folders(laws.__name__):
+        for found in pkgutil.iter_modules(folder.__path__):
+            offered = getattr(importlib.import_module(f"{folder.__name__}.{found.name}"), "LAW", ())
+            if law in (offered if isinstance(offered, tuple) else (offered,)):
+                return f"{folder.__name__.replace('.', '/')}/{found.name}.py"
     return "another distribution"
 
 
@@ -146,17 +149,17 @@ def _shots(quantity: str, name: str) -> list[Shot]:
     """The shots of a panel, in the order of their speeds."""
     material = materials.load(name)
     plates = {"hole": THICKNESS * DIAMETER, "plate_critical_diameter": PLATE}
-    return [
+    shots = [
         Shot(
             speed=speed,
             projectile_diameter=DIAMETER,
             plate_thickness=next((plate for words, plate in plates.items() if words in quantity), None),
             projectile=material,
             target=material,
-            shield=SHIELD if quantity == "critical_diameter" else None,
         )
         for speed in (SHIELD_SPEEDS if _is_critical(quantity) else SPEEDS)
     ]
+    return [at_shield(shot, SHIELD) for shot in shots] if quantity == CRITICAL_DIAMETER else shots
 
 
 def _drawing(quantity: str) -> str:

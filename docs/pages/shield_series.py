@@ -27,9 +27,9 @@ from solver import PHYSICS_VERSION
 from studies import materials
 from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample
-from studies.observations.shields.joined import Simulated
-from studies.observations.shields.shots import ShieldShot, published
 from studies.runs.run import resolve
+from studies.shields.shots.joined import Simulated
+from studies.shields.shots.table import ShieldShot, published
 
 STORED = RESULTS / "shield-series.json"
 COMMAND = "python -m docs.pages compute shield-series"

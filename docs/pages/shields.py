@@ -6,10 +6,11 @@ import numpy as np
 
 from docs.pages import table
 from studies import laws
-from studies.observations.shields.answers import SHORT
-from studies.observations.shields.judged import Judged, Share, equations, judge, judge_by_range
-from studies.observations.shields.probability import KNOTS, curves, mean_of_curves
-from studies.observations.shields.shots import (
+from studies.outcomes.found import Share
+from studies.shields.shots.answers import SHORT
+from studies.shields.shots.chance import KNOTS, curves
+from studies.shields.shots.judged import Judged, equations, judge_by_range
+from studies.shields.shots.table import (
     IN_DOUBT,
     NEAR,
     OTHER_METAL,
@@ -17,11 +18,10 @@ from studies.observations.shields.shots import (
     collected,
     compared_pairs,
     laboratory,
-    on_honeycomb,
     published,
     sources,
 )
-from studies.observations.shields.validation import (
+from studies.shields.shots.validation import (
     MEAN,
     Predicted,
     brier,
@@ -37,7 +37,7 @@ COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
 
 def pages() -> dict[str, str]:
     """shields.md."""
-    return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_honeycomb(), *_sources()]) + "\n"}
+    return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_sources()]) + "\n"}
 
 
 def _shots() -> Iterator[str]:
@@ -113,7 +113,7 @@ def _probability() -> Iterator[str]:
         "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b continuous in the normal speed; P is "
         "the mean of the curves of the equations that cover the shot. The interval, at 95 %, holds what a laboratory "
         "that is not among these may find. The whole method was written down before its first fit: "
-        "`studies/observations/shields/probability.py`.\n"
+        "`studies/shields/shots/chance.py`.\n"
     )
     yield (
         "a and b are linear between values at knots, and constant beyond the outer ones. Three forms could be taken, "
@@ -169,29 +169,6 @@ def _knots(knots: Sequence[float]) -> str:
     return ", ".join(f"{knot / 1e3:g}" for knot in knots)
 
 
-def _honeycomb() -> Iterator[str]:
-    yield "\n## Honeycomb panels\n"
-    shots = on_honeycomb().shots
-    failed = np.array([shot.is_perforated for shot in shots])
-    chances = [mean_of_curves(shot.as_shot()) for shot in shots]
-    chance = np.array([each.value for each in chances if each is not None])
-    assert len(chance) == len(shots)
-    unlikely = failed[chance < 0.5]
-    score, share = float(((chance - failed) ** 2).mean()), float(failed.mean())
-    yield (
-        f"{len(shots)} shots of the same collection are on sandwich panels: a honeycomb of aluminium between two face "
-        "sheets of it, without blankets; all are used. Its cells channel debris to the rear sheet. The equations for "
-        "two walls with an empty space between them, asked about the two sheets alone:\n"
-    )
-    rows = [_row(judge(law, shots)) for law in equations()]
-    yield table(["equation", "normal speed", "shots", "right", "unsafe", "too careful", "failures caught"], rows)
-    yield (
-        f"\n**P says little about honeycomb panels**: its Brier score is {score:.3f}, and that of the share of all "
-        f"panels that failed ({100.0 * share:.0f} %), said of each, is {share * (1.0 - share):.3f}. Of the "
-        f"{len(unlikely)} panels with P below 50 % {unlikely.sum()} were perforated.\n"
-    )
-
-
 def _calibrated(predicted: Predicted, name: str) -> list[str]:
     inside, groups = coverage(predicted, name)
     chance = predicted.chance(name)
@@ -208,7 +185,7 @@ def _apart(predicted: Predicted, name: str = MEAN) -> float:
 
 def _sources() -> Iterator[str]:
     yield "## Sources\n"
-    shots = (*collected().shots, *on_honeycomb().shots)
+    shots = collected().shots
     rows = []
     for key, row in sources().items():
         count = sum(shot.source == key for shot in shots)

@@ -20,10 +20,13 @@ from typing import Any
 from docs.pages import RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
-from studies.observations.shields import joined
-from studies.observations.shields.answers import shown
-from studies.observations.shields.drawn import SimulationKind, failures_found
-from studies.observations.shields.joined import (
+from studies.outcomes.found import Share
+from studies.quantities.findings import InvalidInput
+from studies.runs.run import resolve
+from studies.shields.shots import joined
+from studies.shields.shots.answers import shown
+from studies.shields.shots.drawn import SimulationKind, failures_found
+from studies.shields.shots.joined import (
     LEAST_CELLS,
     MOST_CELLS,
     THROUGH_BUMPER,
@@ -33,10 +36,8 @@ from studies.observations.shields.joined import (
     cells_across,
     cells_through,
 )
-from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge, range_of
-from studies.observations.shields.shots import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
-from studies.quantities.findings import InvalidInput
-from studies.runs.run import resolve
+from studies.shields.shots.judged import RANGES, Judged, equations, judge, range_of
+from studies.shields.shots.table import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
 from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "simulated-shields.json"
@@ -381,7 +382,7 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     yield (
         "logit P = logit P of [equations and shots](shields.md#probability-that-the-wall-fails) + a where the "
         "simulation perforates, + b where it holds; an open one adds nothing. The rule was written down before any "
-        "outcome was seen: `studies/observations/shields/joined.py`. Each shot is predicted by the other laboratories "
+        "outcome was seen: `studies/shields/shots/joined.py`. Each shot is predicted by the other laboratories "
         "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
         "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
         "0.125. A kind of simulation is joined in a range of the speed once the lower end of what it gains there is "

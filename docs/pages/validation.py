@@ -48,7 +48,7 @@ def _unwatched(name: str) -> Iterator[Any]:
 
 def _computed(chosen: str, place: Path) -> dict[str, Any]:
     """Rows of a case, and at the level ``fine`` the numbers of its pictures."""
-    from service.cli.validation import STORE, selected, validated
+    from service.cases.validation import STORE, selected, validated
     from service.settings import Settings
     from studies.cubes.reading import open_cube
 

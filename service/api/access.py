@@ -21,10 +21,10 @@ from dataclasses import dataclass
 from hashlib import sha256
 from ipaddress import ip_address
 from threading import Lock
-from typing import Annotated, Any
+from typing import Annotated
 from urllib.parse import urlsplit
 
-from fastapi import Depends, Security
+from fastapi import Depends, params
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
 from fastapi.security.base import SecurityBase
 from starlette import types
@@ -307,9 +307,9 @@ def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
     return any(address in network for network in settings.trusted_proxy)
 
 
-def requires(scope: Scope) -> Any:
+def requires(scope: Scope) -> params.Security:
     """A dependency that admits callers with ``scope`` only."""
-    return Security(authorize, scopes=[scope.value])
+    return params.Security(authorize, scopes=[scope.value])
 
 
 Reader = Annotated[Caller, requires(Scope.READ)]

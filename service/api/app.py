@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
-from pathlib import Path
-from typing import Any
 
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
@@ -15,14 +13,10 @@ from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import Heads, RequestLog
-from service.api.pages import asking, documentation, login, rendering, shields
-from service.api.pages import catalogue as catalogue_pages
-from service.api.pages import runs as run_pages
-from service.api.pages import sweeps as sweep_pages
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
-from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
-from service.api.schemas import component_schemas
+from service.api.routes import Routes, all_routes
+from service.api.routes.openapi import PROBLEM, TAGS, add_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -33,20 +27,7 @@ from service.store import Store
 
 __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 
-# Routes that need the scope ``read``; those that change something ask for more themselves.
-GUARDED = (
-    *(sweeps.submitting, sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, sweep_pages.router, run_pages.router),
-    *(asking.router, catalogue_pages.router, shields.router),
-)
-# Probes of machines without a key, and the documentation.
-OPEN = (health.router, documentation.router, login.router)
-STATIC = Path(__file__).parent / "static"
 CACHE = "cache"  # folder of files that are made when they are asked for, in the data directory
-PROBLEM: dict[str, Any] = {
-    "description": "A problem document (RFC 9457)",
-    "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
-}
 
 StartEngine = Callable[[Settings, Store], AbstractContextManager[DispatcherStatus]]
 
@@ -76,7 +57,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
-        openapi_tags=documentation.TAGS,
+        openapi_tags=TAGS,
         generate_unique_id_function=lambda route: route.name,
     )
     streams = EventStreams(store)
@@ -85,35 +66,30 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
-    app.state.problem_page = rendering.problem_page
+    app.state.problem_page = None
     app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
     app.state.wrong_keys, app.state.known_callers = WrongKeys(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
-    app.state.drawings = {}  # pictures of materials, by name
     app.state.readiness = readiness
     app.state.conversions = Conversions(settings.data / CACHE)
-    for router in OPEN:
-        app.include_router(router)
-    for router in GUARDED:
-        app.include_router(router, dependencies=[requires(Scope.READ)])
-    app.mount("/static", StaticFiles(directory=STATIC), name="static")
+    for routes in all_routes():
+        _add(app, routes)
     app.add_middleware(Access, settings=settings)
     app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog, metrics=metrics, store=store)
     errors.install(app)
-    _add_schemas(app)
+    add_schemas(app)
     return app
 
 
-def _add_schemas(app: FastAPI) -> None:
-    """Describe problem documents and report.json in the OpenAPI document."""
-    original = app.openapi
-
-    def openapi() -> dict[str, Any]:
-        document = original()
-        document["components"]["schemas"] |= component_schemas()
-        return document
-
-    app.openapi = openapi  # type: ignore[method-assign]
+def _add(app: FastAPI, routes: Routes) -> None:
+    for router in routes.open:
+        app.include_router(router)
+    for router in routes.guarded:
+        app.include_router(router, dependencies=[requires(Scope.READ)])
+    for address, folder in routes.files.items():
+        app.mount(address, StaticFiles(directory=folder))
+    if routes.problem_page is not None:
+        app.state.problem_page = routes.problem_page

@@ -7,13 +7,10 @@ another token.
 
 import hashlib
 import hmac
-import json
-import secrets
-from collections.abc import Mapping
 from typing import Annotated
 from urllib.parse import parse_qsl
 
-from fastapi import Depends, Request, Response
+from fastapi import Depends, Request
 from starlette.requests import ClientDisconnect
 
 from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge, UnsupportedMediaType
@@ -26,7 +23,6 @@ FORM = "application/x-www-form-urlencoded"
 LONGEST_FORM = 4 << 20  # bytes of the form of a new sweep, which may hold a deck
 SHORT_FORM = 16 << 10  # bytes of any other form
 MOST_FIELDS = 500  # fields of a form at most; the form of a new sweep has fewer than a hundred
-ONCE = "once"  # field with a random value of the page, by which a form that is sent twice is known
 LONGEST_COOKIE = 200  # characters; ours are shorter
 
 
@@ -34,13 +30,6 @@ def cookie(request: Request, name: str) -> str:
     """The value of a cookie; empty without one, or for one that is none of ours."""
     value = request.cookies.get(name, "")
     return value if len(value) <= LONGEST_COOKIE and value.isascii() else ""
-
-
-def set_cookie(request: Request, response: Response, name: str, value: str) -> None:
-    """Give a browser a cookie that scripts cannot read and other sites do not send; an empty one is removed."""
-    secure = request.url.scheme == "https"
-    age = None if value else 0
-    response.set_cookie(name, value, max_age=age, path="/", httponly=True, samesite="strict", secure=secure)
 
 
 async def body_of(request: Request, longest: int, cure: str = "") -> bytes:
@@ -84,12 +73,6 @@ async def _form(request: Request) -> dict[str, str]:
 FormFields = Annotated[dict[str, str], Depends(_form)]
 
 
-def idempotency_of(form: Mapping[str, str], *asked: str | None) -> tuple[str, str]:
-    """Key and digest of a submission: a form that is sent twice with the same ``asked`` makes one sweep."""
-    digest = hashlib.sha256(json.dumps((form.get(ONCE, ""), *asked)).encode()).hexdigest()
-    return digest, digest
-
-
 def token_of(request: Request, browser: str) -> str:
     """The token of a browser, and of its session if it has one."""
     return hmac.new(browser.encode(), cookie(request, SESSION).encode(), hashlib.sha256).hexdigest()
@@ -101,8 +84,3 @@ def check_token(request: Request, form: FormFields) -> None:
     browser = cookie(request, BROWSER)
     if not browser or not hmac.compare_digest(sent.encode(), token_of(request, browser).encode()):
         raise CrossSiteRequest("this page is out of date, or not of this service: load it again, and repeat the order")
-
-
-def new_browser() -> str:
-    """A value of the cookie of a browser."""
-    return secrets.token_urlsafe(32)

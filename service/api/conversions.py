@@ -19,9 +19,10 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequenc
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, Unpack
 
 import anyio
+from pydantic import JsonValue
 from starlette.concurrency import run_in_threadpool
 
 from service import version
@@ -49,6 +50,23 @@ REFUSED = 3  # exit status of a child that cannot make the file, and says why in
 # States of a run in a cube that differ from those of the queue.
 CUBE_STATES = {State.QUEUED: "pending", State.CANCELLING: "running"}
 PARTIAL, PARTIAL_REPORT = "partial.nc", "partial.html"
+
+
+class FileOptions(TypedDict, total=False):
+    """How a file is made: what the colours of a film show, or the run of a view."""
+
+    field: str
+    run: Mapping[str, JsonValue]
+
+
+class FileInputs(TypedDict, total=False):
+    """What a child makes a file of: results so far, or stored files."""
+
+    document: Mapping[str, JsonValue]
+    outcomes: Sequence[Mapping[str, str]]  # ``RunOutcome.as_json``
+    state: str
+    files: Mapping[str, tuple[str, str]]  # path and SHA-256, by name
+    options: FileOptions
 
 
 @dataclass(frozen=True)
@@ -88,7 +106,7 @@ class Conversions:
         self._parts: dict[tuple[str, str], LatestPart] = {}  # by sweep and kind, of the last minute
 
     async def partial(
-        self, kind: str, sweep: str, gather: Callable[[], Mapping[str, Any]], turn: Turn, *, is_large: bool
+        self, kind: str, sweep: str, gather: Callable[[], FileInputs], turn: Turn, *, is_large: bool
     ) -> MadeFile:
         """The cube (or the report) of the results so far of a sweep, which ``gather`` names; raises as ``file`` does.
 
@@ -114,13 +132,13 @@ class Conversions:
         return made
 
     async def file(
-        self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, turn: Turn, **options: Any
+        self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, turn: Turn, **options: Unpack[FileOptions]
     ) -> MadeFile:
         """The file of a kind (``MAKERS``) made from stored files that are on the disk.
 
         Raises Busy, TooManyRequests, ConversionFailed, and NotAvailable where this service lacks what it takes.
         """
-        files = {source.name: [str(artifacts.path(source)), source.sha256] for source in sources}
+        files = {source.name: (str(artifacts.path(source)), source.sha256) for source in sources}
         return await self._file(kind, {"files": files, "options": options}, turn)
 
     async def _latest_part(self, sweep: str, kind: str) -> MadeFile | None:
@@ -136,11 +154,7 @@ class Conversions:
         return replace(latest.file, age=age) if is_whole else None
 
     async def _file(
-        self,
-        kind: str,
-        inputs: Mapping[str, Any],
-        turn: Turn,
-        other: Callable[[], Awaitable[MadeFile | None]] | None = None,
+        self, kind: str, inputs: FileInputs, turn: Turn, other: Callable[[], Awaitable[MadeFile | None]] | None = None
     ) -> MadeFile:
         """The file of these inputs, or the ``other`` one that was made while it waited."""
         text = await run_in_threadpool(json.dumps, inputs)
@@ -269,7 +283,7 @@ def main(file: Path, seconds: int, memory: int) -> None:
         sys.exit(REFUSED)
 
 
-def _partial(inputs: Mapping[str, Any], file: Path) -> None:
+def _partial(inputs: FileInputs, file: Path) -> None:
     from studies.reports.publish import write_partial, write_partial_report
 
     outcomes = {run["run_id"]: _outcome(run) for run in inputs["outcomes"]}
@@ -278,7 +292,7 @@ def _partial(inputs: Mapping[str, Any], file: Path) -> None:
     make(inputs["document"], outcomes, file, state=inputs["state"], run_ids=run_ids)
 
 
-def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
+def _outcome(run: Mapping[str, str]) -> Mapping[str, JsonValue]:
     """A run's result, or its state and reason if there is none."""
     if run["path"] is None:
         state = State(run["state"])
@@ -289,14 +303,14 @@ def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
     return json.loads(file.read_bytes())
 
 
-def _vtk(inputs: Mapping[str, Any], file: Path) -> None:
+def _vtk(inputs: FileInputs, file: Path) -> None:
     from studies.quantities.files import zipped
     from studies.runs.exports import export_vtk
 
     zipped(lambda folder: export_vtk(_sources(inputs), folder), file)
 
 
-def _zarr(inputs: Mapping[str, Any], file: Path) -> None:
+def _zarr(inputs: FileInputs, file: Path) -> None:
     from studies.cubes.exports import export_zarr
     from studies.cubes.reading import open_cube
 
@@ -304,15 +318,15 @@ def _zarr(inputs: Mapping[str, Any], file: Path) -> None:
     export_zarr(open_cube(cube), file)
 
 
-def _film(inputs: Mapping[str, Any], file: Path) -> None:
+def _film(inputs: FileInputs, file: Path) -> None:
     from studies.films.film_dataset import open_film
     from studies.reports.drawing.animation import animate
 
     [film] = _sources(inputs).values()
-    animate(open_film(film), file, **inputs["options"])
+    animate(open_film(film), file, field=inputs["options"]["field"])
 
 
-def _view(inputs: Mapping[str, Any], file: Path) -> None:
+def _view(inputs: FileInputs, file: Path) -> None:
     from studies.films.packed import write
     from studies.runs import views
     from studies.runs.run import Run
@@ -322,7 +336,7 @@ def _view(inputs: Mapping[str, Any], file: Path) -> None:
     write(getattr(views, view)(Run.from_json(inputs["options"]["run"]), source), file)
 
 
-def _sources(inputs: Mapping[str, Any]) -> dict[str, Path]:
+def _sources(inputs: FileInputs) -> dict[str, Path]:
     """The files of the inputs by name, as they were registered; raises OSError."""
     for path, sha256 in inputs["files"].values():
         if digest(Path(path)) != sha256:
@@ -330,13 +344,12 @@ def _sources(inputs: Mapping[str, Any]) -> dict[str, Path]:
     return {name: Path(path) for name, (path, _) in inputs["files"].items()}
 
 
-MAKERS: Mapping[str, Callable[[Mapping[str, Any], Path], None]] = {
+MAKERS: Mapping[str, Callable[[FileInputs, Path], None]] = {
     PARTIAL: _partial,
     PARTIAL_REPORT: _partial,
     "vtk.zip": _vtk,
     "zarr.zip": _zarr,
     "gif": _film,
-    "mp4": _film,
     **{f"{view}.view": _view for view in VIEWS},
 }
 

@@ -8,12 +8,12 @@ a response cannot hold. The time grows linearly with the length of the text: 4 M
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 import yaml
 
 from studies.quantities.findings import Finding, InvalidInput, shown
+from studies.quantities.parameters import Plain
 from studies.quantities.texts import strictly_decoded
 from studies.sweeps import document as sweep_document
 
@@ -27,12 +27,14 @@ CHECKED_TYPES = frozenset({dict, list, str})
 INVALID_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL and lone surrogates, which escapes can produce
 
 
-def read_json(body: bytes) -> Any:
+def read_json(body: bytes) -> Plain:
     """The document in a JSON text; raises InvalidInput."""
     text = strictly_decoded(body, "document")
     _check_brackets(text)
     try:
-        return _checked(json.loads(text, object_pairs_hook=_unique))
+        document: Plain = json.loads(text, object_pairs_hook=_unique)
+        _check(document)
+        return document
     except json.JSONDecodeError as error:
         position = f"line {error.lineno}, column {error.colno}"
         raise _refusal(position, "a JSON document", f"correct the syntax: {error.msg}") from None
@@ -42,11 +44,13 @@ def read_json(body: bytes) -> Any:
         raise _refusal("a number", "a JSON document", f"shorten it: {error}") from None
 
 
-def read_yaml(body: bytes) -> Any:
-    """The document in a YAML text; raises InvalidInput."""
+def read_yaml(body: bytes, limit: str = "a mapping with scenario and axes") -> dict[str, Plain]:
+    """The mapping in a YAML text, of which ``limit`` says what it has; raises InvalidInput."""
     text = strictly_decoded(body, "document")
     _check_events(text)
-    return _checked(sweep_document.read_yaml(text, "document"))
+    document: dict[str, Plain] = sweep_document.read_yaml(text, "document", limit)
+    _check(document)
+    return document
 
 
 def _check_brackets(text: str) -> None:
@@ -57,7 +61,7 @@ def _check_brackets(text: str) -> None:
         raise _refusal(f"{count} brackets", f"at most {MOST_BRACKETS} opening brackets", cure)
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique(pairs: list[tuple[str, Plain]]) -> dict[str, Plain]:
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         names = Counter(name for name, _ in pairs)
@@ -85,21 +89,20 @@ def _check_events(text: str) -> None:
         return  # the reader reports the error
 
 
-def _check_node(event: Any) -> None:
+def _check_node(event: yaml.NodeEvent) -> None:
     """Refuse a value that is a reference, has a tag, or is long and unquoted."""
     line = f" in line {event.start_mark.line + 1}" if event.start_mark else ""
     if isinstance(event, yaml.AliasEvent):
         raise _refusal(f"*{shown(event.anchor)}{line}", "no references", "write the value out")
-    if event.tag is not None:
+    if isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent) and event.tag is not None:
         raise _refusal(f"{shown(event.tag)}{line}", "no tags", "write the value alone")
-    is_plain = isinstance(event, yaml.ScalarEvent) and event.implicit[0]
-    if is_plain and len(event.value) > LONGEST_PLAIN:
+    if isinstance(event, yaml.ScalarEvent) and event.implicit[0] and len(event.value) > LONGEST_PLAIN:
         limit = f"at most {LONGEST_PLAIN} characters without quotes"
         raise _refusal(f"{shown(event.value)}{line}", limit, "put quotes around it, or shorten it")
 
 
-def _checked(document: Any) -> Any:
-    """The document, after checking its depth, the length of its names, and its text."""
+def _check(document: Plain) -> None:
+    """Refuse a document that is too deep, has long names, or text that nothing can hold."""
     level = [document]
     for _ in range(DEEPEST):
         mappings = [part for part in level if isinstance(part, dict)]
@@ -108,11 +111,11 @@ def _checked(document: Any) -> Any:
             if len(name) > LONGEST_NAME:
                 raise _refusal(shown(name), f"a name of at most {LONGEST_NAME} characters", "shorten the name")
         _check_text(names + [part for part in level if isinstance(part, str)])
-        containers: list[Iterable[Any]] = [part for part in level if isinstance(part, list)]
+        containers: list[Iterable[Plain]] = [part for part in level if isinstance(part, list)]
         containers += [mapping.values() for mapping in mappings]
         level = [part for parts in containers for part in parts if type(part) in CHECKED_TYPES]
         if not level:
-            return document
+            return
     raise _too_deep()
 
 
@@ -132,7 +135,7 @@ def _refusal(value: str, limit: str, cure: str) -> InvalidInput:
     return InvalidInput([Finding("document", value, limit, cure)])
 
 
-def pointer(field: str, document: object) -> str:
+def pointer(field: str, document: Plain) -> str:
     """The JSON pointer (RFC 6901) of the deepest part of ``document`` that a finding's field names.
 
     >>> pointer("axes.speed[1]", {"axes": {"speed": ["2 km/s", "6"]}})
@@ -143,24 +146,20 @@ def pointer(field: str, document: object) -> str:
     '/fixed'
     """
     path, rest, part = "", field, document
-    while rest:
-        step = _step(rest, part)
-        if step is None:
-            break
-        key, length = step
-        part = part[key]  # type: ignore[index]
-        path += "/" + str(key).replace("~", "~0").replace("/", "~1")
+    while rest and (step := _step(rest, part)) is not None:
+        key, part, length = step
+        path += "/" + key.replace("~", "~0").replace("/", "~1")
         rest = rest[length:].removeprefix(".")
     return path
 
 
-def _step(field: str, part: object) -> tuple[Any, int] | None:
-    """The longest key of ``part`` that ``field`` begins with, and its length."""
+def _step(field: str, part: Plain) -> tuple[str, Plain, int] | None:
+    """The longest key of ``part`` that ``field`` begins with, the part under it, and the key's length in the field."""
     if isinstance(part, list) and (match := re.match(r"\[(\d{1,9})\]", field)):
         index = int(match[1])
-        return (index, match.end()) if index < len(part) else None
-    if isinstance(part, Mapping):
+        return (match[1], part[index], match.end()) if index < len(part) else None
+    if isinstance(part, dict):
         ends = [len(field), *(match.start() for match in re.finditer(r"[.[]", field))]
         lengths = sorted((end for end in ends if end and field[:end] in part), reverse=True)
-        return next(((field[:length], length) for length in lengths), None)
+        return next(((field[:length], part[field[:length]], length) for length in lengths), None)
     return None

@@ -12,7 +12,6 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
@@ -23,7 +22,7 @@ from starlette.types import Receive, Scope, Send
 from service.api.errors import FileDamaged, PreconditionFailed
 from service.api.turns import in_waiting_thread
 from service.files.artifacts import Artifacts, known_digest
-from service.files.bucket import BucketAway
+from service.files.stores import FilesAway
 from service.queue.scrubbing import make_again
 from service.records.jobs import NotFound, Stored
 
@@ -36,7 +35,6 @@ MEDIA_TYPES = {
     ".txt": "text/plain; charset=utf-8",
     ".zip": "application/zip",
     ".gif": "image/gif",
-    ".mp4": "video/mp4",
 }
 CONDITIONS = frozenset({"range", "if-range", "if-match", "if-none-match"})  # on digests, which a bucket does not know
 log = logging.getLogger(__name__)
@@ -70,14 +68,14 @@ def media_type_of(name: str) -> str:
 
 
 async def bring_back(request: Request, *files: Stored) -> None:
-    """Bring files back from the bucket that the disk lacks, if there is one; raises BucketAway."""
+    """Bring files back from the bucket that the disk lacks, if there is one; raises FilesAway."""
     artifacts: Artifacts = request.app.state.artifacts
     if artifacts.bucket is not None:
         await in_waiting_thread(request, lambda: [artifacts.local(file) for file in files])
 
 
 async def send_file(request: Request, download: Download) -> Response:
-    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed, BucketAway."""
+    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed, FilesAway."""
     artifacts: Artifacts = request.app.state.artifacts
     if artifacts.bucket is not None and download.registered is not None:
         link = await in_waiting_thread(request, _link, request, artifacts, download)
@@ -128,8 +126,10 @@ def _cure(request: Request, download: Download) -> str:
     """What becomes of a damaged file, which is made again if it may be."""
     registered = download.registered
     if registered is not None and make_again(request.app.state.store, registered) is None:
-        log.error("%s is damaged; too many are to be made again by themselves: `whipple forget-lost`", download.path)
-        return "too many files are damaged for them to be made again: restore it, or `whipple forget-lost`"
+        log.error(
+            "%s is damaged; too many are to be made again by themselves: `whipple doctor --forget-lost`", download.path
+        )
+        return "too many files are damaged for them to be made again: restore it, or `whipple doctor --forget-lost`"
     return (
         "it is made again where a sweep needs it, which may take as long as its runs: ask for it later, or restore it "
         "from a backup"
@@ -148,7 +148,7 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
     is_own_door = (request.scope.get("server") or ("", 0))[1] is None  # a path has no port
     if CONDITIONS & set(request.headers) or is_own_door or request.scope.get("is_head"):
         return None
-    with suppress(BucketAway):  # the disk may have it
+    with suppress(FilesAway):  # the disk may have it
         return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
     return None
 
@@ -190,7 +190,7 @@ def serves(
     description: str,
     *,
     schema: Mapping[str, str] = ANY_OBJECT,
-    **options: Any,
+    operation_id: str | None = None,
 ) -> Callable[[Endpoint], Endpoint]:
     """Add an endpoint for a file that is like one of ``names``; ``schema`` is that of JSON."""
     types = [media_type_of(name).partition(";")[0] for name in names]
@@ -207,5 +207,5 @@ def serves(
             206: partial,
             304: {"description": "Unchanged"},
         },
-        **options,
+        operation_id=operation_id,
     )

@@ -11,17 +11,17 @@ from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from http import HTTPStatus
 from types import MappingProxyType
-from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
+from pydantic import JsonValue
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
-from service.files.bucket import BucketAway
+from service.files.stores import FilesAway
 from service.records.jobs import Conflict, KeyReused, NotFound, QuotaExceeded, StoreUnavailable
 from solver.errors import WhippleError
 from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
@@ -90,7 +90,7 @@ PROBLEMS: dict[type[Exception], ProblemDetails] = {
     ),
     # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
-    BucketAway: ProblemDetails(
+    FilesAway: ProblemDetails(
         503, "Bucket unavailable", "The bucket that has the file cannot be used; nothing was changed.", retry_after=10
     ),
     StoreUnavailable: ProblemDetails(
@@ -216,7 +216,7 @@ def problem_response(request: Request, error: Exception) -> Response:
     """The problem document for an exception of the table, or of a subclass."""
     problem = next(PROBLEMS[kind] for kind in type(error).__mro__ if kind in PROBLEMS)
     if isinstance(error, InvalidInput):
-        return _document(request, problem, _summary(error), _errors(request, error))
+        return _document(request, problem, _summary(error), _errors(error))
     headers = error.headers if isinstance(error, RequestError) else {}
     if isinstance(error, QuotaExceeded):
         headers = {"Retry-After": str(error.seconds)}
@@ -245,8 +245,8 @@ async def _respond_http(request: Request, error: Exception) -> Response:
     status, headers = HTTPStatus(error.status_code), dict(error.headers or {})
     if status is HTTPStatus.METHOD_NOT_ALLOWED:  # the framework lists the methods of one route only
         headers["Allow"] = ", ".join(_methods(request))
-    body = {"type": "about:blank", "title": status.phrase, "status": status, "detail": error.detail}
-    return _response(request, body, headers)
+    body: dict[str, JsonValue] = {"type": "about:blank", "title": status.phrase, "detail": error.detail}
+    return _response(request, status, body, headers)
 
 
 def _methods(request: Request) -> list[str]:
@@ -269,29 +269,24 @@ def _document(
     request: Request,
     problem: ProblemDetails,
     detail: str,
-    extra: Mapping[str, Any] | None = None,
+    extra: Mapping[str, JsonValue] = MappingProxyType({}),
     *,
     headers: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
-    body: dict[str, Any] = {
-        "type": problem.type,
-        "title": problem.title,
-        "status": problem.status,
-        "detail": detail,
-        **(extra or {}),
-    }
+    body: dict[str, JsonValue] = {"type": problem.type, "title": problem.title, "detail": detail, **extra}
     again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
-    return _response(request, body, {**again, **headers})
+    return _response(request, problem.status, body, {**again, **headers})
 
 
-def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -> Response:
+def _response(request: Request, status: int, body: dict[str, JsonValue], headers: dict[str, str]) -> Response:
     request_id = request.state.request_id
-    body |= {"instance": request.url.path, "request_id": request_id}
+    body |= {"status": status, "instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "Vary": "Accept"}
-    if "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        response: Response = request.app.state.problem_page(request, body, headers)
+    page = request.app.state.problem_page
+    if page is not None and "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
+        response: Response = page(request, status, body, headers)
     else:  # ASCII escapes can carry the lone surrogates that an input may contain
-        response = Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
+        response = Response(json.dumps(body), status, headers, MEDIA_TYPE)
     add_security_headers(response.headers)  # the response to an unexpected error passes no other middleware
     return response
 
@@ -312,13 +307,12 @@ def _summary(error: InvalidInput) -> str:
     return f"{_shortened(first)} (and {len(others)} more, see errors{stopped})"
 
 
-def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
+def _errors(error: InvalidInput) -> dict[str, JsonValue]:
     """The first errors, each with its JSON pointer, and the number of errors left out."""
-    pointers = getattr(request.state, "pointers", {})
-    errors: list[dict[str, str]] = []
+    errors: list[JsonValue] = []
     size = 0
     for finding in map(_shortened, error.findings):
-        item = {**asdict(finding), "pointer": pointers.get(finding.field, "")}
+        item = {**asdict(finding), "pointer": error.pointers.get(finding.field, "")}
         size += len(json.dumps(item))
         if size > MOST_FINDING_BYTES:
             break

@@ -17,10 +17,9 @@ import logging
 import math
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
 
 from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
@@ -180,13 +179,15 @@ class EventSubject:
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
     includes: Callable[[str, Sequence[str]], bool]  # a running run, by its id and those of its sweeps
-    final: Callable[[], Any | None]  # content of the message ``end``; None before the end
+    final: Callable[
+        [], SweepModel | RunModel | Mapping[str, str] | None
+    ]  # content of the message ``end``; None before the end
 
 
 def sweep_subject(store: Store, id: str) -> EventSubject:
     """A sweep and its runs, until it has ended."""
 
-    def final() -> Any | None:
+    def final() -> SweepModel | Mapping[str, str] | None:
         try:
             row = store.sweeps.get(id)
         except NotFound:
@@ -203,9 +204,9 @@ def sweep_subject(store: Store, id: str) -> EventSubject:
 def run_subject(store: Store, id: str) -> EventSubject:
     """A run, until it has ended."""
 
-    def final() -> Any | None:
+    def final() -> RunModel | None:
         row = store.runs.get(id)
-        return to_jsonable_python(RunModel.of(row)) if row.state in TERMINAL else None
+        return RunModel.of(row) if row.state in TERMINAL else None
 
     return EventSubject(
         events=lambda after: store.events.of_run(id, after=after, limit=PAGE),
@@ -242,7 +243,7 @@ async def stream(subject: EventSubject, listener: Listener, after: int) -> Async
         if len(events) == PAGE:
             continue
         if final is not None:
-            yield ServerSentEvent(data=final, event="end")
+            yield ServerSentEvent(data=to_jsonable_python(final), event="end")
             return
         is_current = True
         while is_current:

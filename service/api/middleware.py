@@ -13,7 +13,6 @@ import re
 import secrets
 import time
 from datetime import UTC, datetime
-from typing import Any
 
 import h11
 from anyio import CancelScope, CapacityLimiter, to_thread
@@ -41,12 +40,12 @@ UNKNOWN_ROUTE = "unknown"
 LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
 
+SUBMIT = "submit"
 # Actions by the name of their route; that of another one is the name itself.
 ACTIONS = {
-    **dict.fromkeys(("submit_sweep", "read_form", "compute_film"), "submit"),
+    "submit_sweep": SUBMIT,
     **{f"{order}_sweep": order for order in ("cancel", "retry", "pin", "unpin", "delete")},
-    **{"add_values": "add points", "change_sweep": "prioritise", "pause_queue": "pause", "resume_queue": "resume"},
-    **{"log_in": "log-in", "log_out": "log-out"},
+    **{"change_sweep": "prioritise", "pause_queue": "pause", "resume_queue": "resume"},
 }
 READS = frozenset({"estimate_sweep", "evaluate_laws"})  # their questions come in a body
 NO_ORDER = frozenset({405, 429, 503})  # statuses of requests that change nothing: of no such method, or to send again
@@ -147,7 +146,7 @@ def audit_entry(scope: Scope, status: int, location: str) -> AuditEntry | None:
         action, caller = "refused key", WITHOUT_KEY if key is None else Caller.of(key)
     elif scope["method"] in SAFE_METHODS or route in READS or status in NO_ORDER:
         return None
-    if not action or caller is None or (route, status) == ("read_form", 200):  # which shows the form
+    if not action or caller is None or (route, status) == (SUBMIT, 200):  # which shows a form
         return None
     # The response names the id of a new sweep, the path the id that another order is about.
     found = ID_AT_END.search(location) or ID_AT_END.search(path.get("id", ""))
@@ -191,7 +190,7 @@ class DeadlineProtocol(H11Protocol):
     _deadline: asyncio.TimerHandle | None = None
     _unread: asyncio.TimerHandle | None = None  # while the client does not read
     _pipelines = False  # has sent a request before the response of the last one
-    _deadline_state: Any = None  # state of h11 that the deadline belongs to
+    _deadline_state: type | None = None  # state of h11 that the deadline belongs to
     _excess_seconds = 0.0  # computing time on this request, beyond what its bytes may take
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own

@@ -5,20 +5,17 @@ one that ended, and ends them with the event loop. They work for one request at 
 key keeps the others waiting; a request that finds no child in time is refused with 429.
 """
 
-import json
-import sys
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from typing import Any
 
 import anyio
 from anyio import to_process
 
 from service.api.errors import ReaderLost, TooManyRequests
-from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, expanded_anew, read_within_limits
+from service.api.reading import USUAL, Given, Made, ReadingLimits, within_limits
 from service.api.turns import Places
-from service.records.expansion import ExpandedSweep
-from studies.quantities.findings import InvalidInput
+from service.records.expansion import ExpandedSweep, expand_again
+from studies.quantities.parameters import Plain
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child
@@ -60,24 +57,20 @@ class Readers:
         finally:
             places.release(key)
 
-    async def read(self, posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
-        """Read a body in a child; called within ``slot``. Raises ReaderLost."""
+    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
+        """Let a child make something; called within ``slot``. Raises InvalidInput, ReaderLost."""
         try:
             with anyio.fail_after(self._wall):
-                return await to_process.run_sync(read_within_limits, posted, part, self._limits, cancellable=True)
+                return await to_process.run_sync(within_limits, call, given, self._limits, cancellable=True)
         except TimeoutError:
             raise ReaderLost(f"it took more than {self._wall:g} s") from None
         except anyio.BrokenWorkerProcess:
             raise ReaderLost("it was killed") from None
 
 
-def expand_accepted(document: Mapping[str, Any]) -> ExpandedSweep:
+def expand_accepted(document: Mapping[str, Plain]) -> ExpandedSweep:
     """An accepted sweep with its runs of this version, by a child of its own; not called by the event loop.
 
     Raises InvalidInput, ReaderLost.
     """
-    posted = Posted("application/json", json.dumps(document).encode(), sys.maxsize)
-    read = anyio.run(Readers().read, posted, expanded_anew)
-    if isinstance(read, Refusal):
-        raise InvalidInput(read.findings)
-    return read
+    return anyio.run(Readers().run, expand_again, document)

@@ -1,5 +1,5 @@
-"""Documents of requests in a child process: sweeps, read, priced and expanded, and questions to laws, each within
-limits of time and memory.
+"""What child processes do for requests, within limits of time and memory: sweeps are read, priced and expanded, and
+questions to laws answered.
 
 A body of some hundred bytes can ask for seconds of computing, for which the event loop must never wait. The children
 load neither the web framework nor the store: results go back as records.
@@ -12,47 +12,39 @@ import os
 import resource
 import signal
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from threading import Timer
 from types import FrameType
-from typing import Any, TypeVar
-
-from markupsafe import Markup
+from typing import TypeVar
 
 from service import memory
 from service.api.documents import pointer, read_json, read_yaml
-from service.records.expansion import ExpandedSweep, expand, expand_again
+from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Plain
 from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
-from studies.sweeps.reading import ACCEPTED, SweepLimits
+from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
-PARSERS: Mapping[str, Callable[[bytes], Any]] = {
+YAML = "application/yaml"
+PARSERS: Mapping[str, Callable[[bytes], Plain]] = {
     "application/json": read_json,
-    "application/yaml": read_yaml,
+    YAML: read_yaml,
     "application/x-yaml": read_yaml,
     "text/yaml": read_yaml,
 }
 GIVEN_BACK_SECONDS = 1.0  # after a document: what was made of it has been sent by then
 NICENESS = 5  # nice(2) of a child: the process that answers requests comes first, and runs leave it a quarter of a core
-Read = TypeVar("Read")
-
-
-@dataclass(frozen=True)
-class Posted:
-    """A body as it came, and the most runs that its sweep may have."""
-
-    media_type: str  # one of ``PARSERS``
-    body: bytes
-    max_runs: int
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
 class ReadingLimits:
-    """What one sweep may take of a child."""
+    """What one request may take of a child."""
 
     cpu_seconds: int = 30  # ten thousand runs take 6 (2026-11)
     memory: int = 1 << 30  # bytes of data; ten thousand runs take 140 MB (2026-11)
@@ -61,28 +53,12 @@ class ReadingLimits:
 USUAL = ReadingLimits()
 
 
-@dataclass(frozen=True)
-class EstimatedSweep:
-    scenario: str
-    cost: SweepCost
-    warnings: list[str]
-    presets: list[PresetCost]
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """The errors of a body, and where its document has them; exceptions lose both between processes."""
-
-    findings: tuple[Finding, ...]
-    pointers: Mapping[str, str]  # JSON pointers by field
-
-
 class _OutOfTime(BaseException):
-    """The computing time of a sweep is over; no handler of other errors may catch it."""
+    """The computing time of a request is over; no handler of other errors may catch it."""
 
 
-def read_within_limits(posted: Posted, part: Callable[[Any, Posted], Read], limits: ReadingLimits) -> Read | Refusal:
-    """Read a body within limits of time and memory."""
+def within_limits(call: Callable[[Given], Made], given: Given, limits: ReadingLimits) -> Made:
+    """What a call makes of something, within limits of time and memory; raises InvalidInput beyond them."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -92,11 +68,11 @@ def read_within_limits(posted: Posted, part: Callable[[Any, Posted], Read], limi
     resource.setrlimit(resource.RLIMIT_CPU, (end, resource.RLIM_INFINITY))
     gc.disable()  # no cycles worth finding: looking for them takes a third of the time (2026-11)
     try:
-        return read(posted, part)
+        return call(given)
     except _OutOfTime:
-        return _too_large(f"{limits.cpu_seconds} s of computing time")
+        raise _too_large(f"{limits.cpu_seconds} s of computing time") from None
     except MemoryError:
-        return _too_large(f"{limits.memory >> 20} MiB of memory")
+        raise _too_large(f"{limits.memory >> 20} MiB of memory") from None
     finally:
         gc.enable()
         gc.collect()
@@ -110,25 +86,49 @@ def _end(_signal: int, _frame: FrameType | None) -> None:
     raise _OutOfTime
 
 
-def _too_large(limit: str) -> Refusal:
+def _too_large(limit: str) -> InvalidInput:
     cure = "split the sweep, or shorten the document"
-    return Refusal((Finding("document", f"more than {limit}", f"at most {limit}", cure),), {})
+    return InvalidInput([Finding("document", f"more than {limit}", f"at most {limit}", cure)])
 
 
-def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
-    """Read a body and make something of its document."""
-    document = None
-    try:
-        document = PARSERS[posted.media_type](posted.body)
-        return part(document, posted)
-    except InvalidInput as error:
-        fields = {finding.field for finding in error.findings}
-        return Refusal(error.findings, {field: pointer(field, document) for field in fields})
+# --- sweeps ---------------------------------------------------------------------------------------
 
 
-def expanded(document: Any, posted: Posted) -> ExpandedSweep:
-    """The sweep with its runs, to be stored."""
-    checked = _sweep(document, posted)
+@dataclass(frozen=True)
+class Posted:
+    """A body as it came, and the most runs that its sweep may have."""
+
+    media_type: str  # one of ``PARSERS``
+    body: bytes
+    max_runs: int
+
+    @contextmanager
+    def document(self) -> Iterator[Plain]:
+        """The document of the body for the duration of a block, whose errors get the places in the document."""
+        document = PARSERS[self.media_type](self.body)
+        try:
+            yield document
+        except InvalidInput as error:
+            pointers = {finding.field: pointer(finding.field, document) for finding in error.findings}
+            raise InvalidInput(error.findings, pointers=pointers) from None
+
+
+@dataclass(frozen=True)
+class EstimatedSweep:
+    scenario: str
+    cost: SweepCost
+    warnings: list[str]
+    presets: list[PresetCost]
+
+
+def expanded(posted: Posted) -> ExpandedSweep:
+    """The sweep of a body with its runs, to be stored; raises InvalidInput with every error."""
+    with posted.document() as document:
+        return expanded_sweep(Sweep.parse(document, SweepLimits(posted.max_runs)))
+
+
+def expanded_sweep(checked: Sweep) -> ExpandedSweep:
+    """A sweep with its runs, to be stored; raises InvalidInput."""
     estimates: list[Estimate] = []
 
     def cost(run: Run) -> float:
@@ -136,48 +136,20 @@ def expanded(document: Any, posted: Posted) -> ExpandedSweep:
         return estimates[-1].core_seconds
 
     sweep = expand(checked, cost)
-    memory = max((each.memory for each in estimates), default=0)
-    size = sum(each.bytes for each in estimates)
-    return replace(sweep, memory=memory, bytes=size, warnings=tuple(_warnings(checked)))
+    largest = max((of_run.memory for of_run in estimates), default=0)
+    size = sum(of_run.bytes for of_run in estimates)
+    return replace(sweep, memory=largest, bytes=size, warnings=tuple(_warnings(checked)))
 
 
-def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
-    """A sweep that an older version accepted, with its runs of this one."""
-    return expand_again(document)
+def estimated(posted: Posted) -> EstimatedSweep:
+    """The cost of the sweep of a body; raises InvalidInput with every error."""
+    with posted.document() as document:
+        return estimated_sweep(Sweep.parse(document, SweepLimits(posted.max_runs)), posted.max_runs)
 
 
-def longer(change: Any, posted: Posted) -> ExpandedSweep:
-    """A sweep with further values on one of its axes; those of ``change`` are texts separated by commas."""
-    values = [_number_or_text(value.strip()) for value in change["values"].split(",")]
-    sweep = Sweep.parse(change["sweep"], ACCEPTED).with_values(change["axis"], values)
-    # Once more, under the limits of a sweep that is posted.
-    return expanded(sweep.document(), posted)
-
-
-def alone(change: Any, posted: Posted) -> ExpandedSweep:
-    """The sweep of a single run of a sweep, at some coordinates."""
-    sweep = Sweep.parse(change["sweep"], ACCEPTED)
-    if {*change["at"]} < {axis.name for axis in sweep.axes}:  # a run that screens the models
-        cure = "submit a sweep with these parameters"
-        raise InvalidInput([Finding("run", change["run"], "a run at a point of the axes of its sweep", cure)])
-    single = expanded(replace(sweep.of_point(change["at"]), title=change["title"]).document(), posted)
-    if single.points[0].run_id != change["run"]:
-        cure = "submit its sweep again: results of different versions stay separate"
-        raise InvalidInput([Finding("run", change["run"], "a run of this version of the physics", cure)])
-    return single
-
-
-def _number_or_text(text: str) -> Any:
-    try:
-        return float(text) if "." in text else int(text)
-    except ValueError:
-        return text
-
-
-def estimated(document: Any, posted: Posted) -> EstimatedSweep:
-    sweep = _sweep(document, posted)
-    cost = sweep_cost(sweep)
-    return EstimatedSweep(sweep.scenario, cost, _warnings(sweep), [*presets_of(sweep, posted.max_runs)])
+def estimated_sweep(sweep: Sweep, max_runs: int) -> EstimatedSweep:
+    """The cost of a sweep, and of its presets of at most so many runs; raises InvalidInput."""
+    return EstimatedSweep(sweep.scenario, sweep_cost(sweep), _warnings(sweep), [*presets_of(sweep, max_runs)])
 
 
 def _warnings(sweep: Sweep) -> list[str]:
@@ -186,68 +158,20 @@ def _warnings(sweep: Sweep) -> list[str]:
     return warnings_of(sweep)
 
 
-def _sweep(document: Any, posted: Posted) -> Sweep:
-    return Sweep.parse(document, SweepLimits(max_runs=posted.max_runs))
+# --- laws -----------------------------------------------------------------------------------------
 
 
-def answered(document: Any, _posted: Posted) -> bytes:
-    """What laws and shots say of the shots of a question, as JSON."""
+def answered(posted: Posted) -> bytes:
+    """What laws and shots say of the shots of a question, as JSON; raises InvalidInput."""
     from studies.answers import answer, question
 
-    return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
+    with posted.document() as document:
+        return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
 
 
-def answered_as_cube(document: Any, _posted: Posted) -> bytes:
+def answered_as_cube(posted: Posted) -> bytes:
     """The same as NetCDF-4."""
     from studies.answers import cube, question
 
-    return cube.netcdf(question.read_question(document))
-
-
-def drawn_material(document: Any, _posted: Posted) -> list[tuple[str, str]]:
-    """The pictures of a material that ships, each with its title, as images."""
-    from studies import materials
-    from studies.reports.drawing.images import as_image
-    from studies.reports.drawing.material import drawings
-
-    return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(document["name"]))]
-
-
-def drawn_chart(document: Any, _posted: Posted) -> str:
-    """A line chart of a live page (``pages.charts``) as SVG."""
-    from studies.reports.drawing.charts import lines
-    from studies.reports.drawing.images import as_files
-
-    [svg] = as_files(lines(document))
-    return svg
-
-
-@dataclass(frozen=True)
-class AnsweredForm:
-    """What laws and shots say of the shot of a form, as HTML; or what is wrong with the form."""
-
-    findings: tuple[Finding, ...]
-    headline: str = ""
-    body: str = ""
-    sheet: str = ""  # the same as a page by itself
-
-
-def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
-    """The answer to the shot of a form, whose fields have one value each."""
-    from studies.answers import answer, page, question
-    from studies.reports.drawing.charts import of_page
-    from studies.reports.drawing.images import as_images
-
-    try:
-        asked = question.read_question(document)
-    except InvalidInput as error:
-        return AnsweredForm(error.findings)
-
-    def drawn(figure: Any) -> Markup:
-        images = zip(("wide", "narrow"), as_images(of_page(figure, "answer")), strict=True)
-        tag = '<img class="chart {}" src="{}" alt="{}">'
-        return Markup("").join(Markup(tag).format(width, image, figure.title) for width, image in images)
-
-    [given] = answer.answers(asked)
-    shot = asked.shot(asked.fixed)
-    return AnsweredForm((), given.headline(), page.body(given, shot, drawn), page.page(given, shot))
+    with posted.document() as document:
+        return cube.netcdf(question.read_question(document))

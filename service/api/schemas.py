@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, field_validator
 from pydantic.json_schema import models_json_schema
+from pydantic_core import to_jsonable_python
 
 from service.records.jobs import (
     PRIORITIES,
@@ -89,14 +90,14 @@ REPORT = "Report"  # the component of report.json
 REPORT_SCHEMA = {"$ref": f"{COMPONENTS}{REPORT}"}
 
 
-def component_schemas() -> dict[str, Any]:
+def component_schemas() -> dict[str, JsonValue]:
     """The schemas of problem documents and of report.json, for the components of OpenAPI."""
     template = COMPONENTS + "{model}"
     problems = models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
     return {**problems, **report_schemas(schema_of_report(sections()))}
 
 
-def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, Any]:
+def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, JsonValue]:
     """The components of report.json; those of its records begin with "Report.", as others may have their names."""
     report = adapter.json_schema(mode="serialization", ref_template=f"{COMPONENTS}{REPORT}.{{model}}")
     records = report.pop("$defs", {})
@@ -206,7 +207,7 @@ class RunModel(RunRow):
 class RunQuestion(RunModel):
     """A run with its complete parameters: every default filled in, SI."""
 
-    question: Mapping[str, Any] = field(metadata=described("Scenario, parameters and materials"))
+    question: Mapping[str, JsonValue] = field(metadata=described("Scenario, parameters and materials"))
 
 
 @dataclass(frozen=True)
@@ -332,7 +333,14 @@ class ScenarioModel(Answer):
 class CatalogueModel(Answer):
     """Entries that ship with the service, each as its own file describes it."""
 
-    items: list[dict[str, Any]]
+    items: list[dict[str, JsonValue]]
+
+    @field_validator("items", mode="before")
+    @classmethod
+    def _as_json(cls, items: Iterable[Mapping[str, JsonValue]]) -> list[dict[str, JsonValue]]:
+        """Records have tuples, which are lists in JSON."""
+        listed: list[dict[str, JsonValue]] = to_jsonable_python(items)
+        return listed
 
 
 class Health(Answer):
@@ -356,7 +364,7 @@ class VersionModel(Answer):
     python: str
 
 
-def example_sweeps() -> dict[str, dict[str, Any]]:
+def example_sweeps() -> dict[str, JsonValue]:
     """The sweeps that ship, as named examples of OpenAPI."""
     documents = {name: read_yaml(examples.text(name), name) for name in examples.names()}
     return {name: {"summary": document["title"], "value": document} for name, document in documents.items()}

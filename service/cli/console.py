@@ -3,15 +3,13 @@
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from datetime import datetime
 from typing import IO, TYPE_CHECKING, Any
 
 from studies.quantities.display import display_of, duration, escaped, with_unit
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
     from service.cli.backup import Backup
     from service.cli.doctor import Check
     from service.cli.remeasuring import Remeasured, RemeasurePlan
@@ -58,7 +56,7 @@ def print_json(value: object) -> None:
     say(json.dumps(value, indent=2, default=_plain, ensure_ascii=False))
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: frozenset[str] | datetime) -> list[str] | str:
     return sorted(value) if isinstance(value, frozenset) else value.isoformat()
 
 
@@ -136,7 +134,7 @@ def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | N
     print_table(("run", "state", "attempt", *headings, "failure"), rows)
 
 
-def _in_unit(value: Any, unit: str | None) -> str:
+def _in_unit(value: float | str | None, unit: str | None) -> str:
     """A value in the display unit of its column, with every digit that it has."""
     if isinstance(value, str) or value is None:
         return value or ""
@@ -149,9 +147,7 @@ def print_event(event: "SweepEvent") -> None:
     if event.name == "progress":
         left = f", {duration(content['eta_seconds'])} left" if content["eta_seconds"] else ""
         fraction = "" if content["fraction"] is None else f"{content['fraction']:.0%}"
-        rounded = {name: float(f"{value:.4g}") for name, value in content["measured"].items() if value is not None}
-        measured = _quantities(rounded, _measurement_units())
-        say(f"{'':8}  {content['run_id']}  {fraction}{left}  {measured}".rstrip(), flush=True)
+        say(f"{'':8}  {content['run_id']}  {fraction}{left}  {_measured(content['measured'])}".rstrip(), flush=True)
     elif event.name == "message":
         subject = content["sweep_id"] or content["run_id"] or ""
         details = " ".join(
@@ -159,22 +155,17 @@ def print_event(event: "SweepEvent") -> None:
             for name, value in content["body"].items()
             if value is not None
         )
-        line = f"{content['time'][11:19]}  {subject}  {content['kind']}  {details}"
-        say(line.rstrip(), flush=True)
+        say(f"{content['time'][11:19]}  {subject}  {content['kind']}  {details}".rstrip(), flush=True)
 
 
-def _quantities(values: Mapping[str, Any], units: Mapping[str, str | None]) -> str:
-    """Named values in the notation of a sweep document: "speed=3 km/s"."""
+def _measured(values: Mapping[str, float | None]) -> str:
+    """Measured values in the notation of a sweep document: "hole_diameter=14.4 mm"."""
+    from studies import measurements
     from studies.observations import written
 
-    return ", ".join(f"{name}={written(value, units.get(name))}" for name, value in values.items())
-
-
-@cache
-def _measurement_units() -> Mapping[str, str]:
-    from studies import measurements
-
-    return {name: measurements.load(name).unit for name in measurements.names()}
+    units = {name: measurements.load(name).unit for name in measurements.names() if name in values}
+    known = {name: float(f"{value:.4g}") for name, value in values.items() if value is not None}
+    return ", ".join(f"{name}={written(value, units.get(name))}" for name, value in known.items())
 
 
 def print_queue(queue: Mapping[str, Any]) -> None:
@@ -257,7 +248,7 @@ def print_audit(entries: "Iterable[AuditEntry]") -> None:
     print_table(("time (UTC)", "owner", "key", "from", "action", "subject", "outcome"), rows)
 
 
-def _moment(time: "datetime | None") -> str:
+def _moment(time: datetime | None) -> str:
     return "" if time is None else f"{time:%Y-%m-%d %H:%M}"
 
 
@@ -271,36 +262,26 @@ def print_plan(plan: "RemeasurePlan") -> None:
     """Print the number of outdated results and the results that cannot be measured again."""
     count, lost = len(plan.measurable), len(plan.without_state)
     say(f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}")
-    _print_first(f"{id} is unchanged: its final state was not kept" for id in plan.without_state)
+    _print_unchanged([(id, "its final state was not kept") for id in plan.without_state])
 
 
 def print_remeasured(done: "Sequence[Remeasured]", names: Mapping[str, str]) -> None:
     """The outcome for outdated results, and the sweeps to publish again; ``names`` of sweeps by id."""
-    failed = [result for result in done if result.reason]
+    failed = [(result.run_id, result.reason) for result in done if result.reason]
     say(f"changed: {len(done) - len(failed)} results; unreadable: {len(failed)}")
-    _print_first(f"{result.run_id} is unchanged: {result.reason}" for result in failed)
+    _print_unchanged(failed)
     marked = {id: None for result in done for id in result.marked}
     say(f"published again at the next start of the service: {len(marked)} sweeps")
     for id in marked:
         say(f"  {id}  {names[id]}")
 
 
-def _print_first(lines: Iterable[str]) -> None:
-    """The first lines, and the number of the others."""
-    every = list(lines)
-    for line in every[:MOST_LINES]:
-        say(f"  {line}")
-    if len(every) > MOST_LINES:
-        say(f"  ... and {len(every) - MOST_LINES} more")
-
-
-def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]":
-    """Pass results on while showing a progress bar on a terminal."""
-    from rich.console import Console
-    from rich.progress import track
-
-    screen = Console(stderr=True)
-    return track(done, "measuring", count, console=screen, disable=not screen.is_terminal)
+def _print_unchanged(results: Sequence[tuple[str, str]]) -> None:
+    """The first results that stay as they are, with the reasons, and the number of the others."""
+    for id, reason in results[:MOST_LINES]:
+        say(f"  {id} is unchanged: {reason}")
+    if len(results) > MOST_LINES:
+        say(f"  ... and {len(results) - MOST_LINES} more")
 
 
 def print_backup(done: "Backup") -> None:

@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from service.files.artifacts import Artifacts
-from service.files.bucket import BucketAway
+from service.files.stores import FilesAway
 from service.queue import data_identity as identity
 from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.settings import Settings
@@ -71,7 +71,7 @@ def check_bucket(settings: Settings) -> Iterator[Check]:
         if bucket is None:
             return
         is_versioned = bucket.probe()
-    except (BucketAway, InvalidInput) as error:
+    except (FilesAway, InvalidInput) as error:
         cure = "give WHIPPLE_ARTIFACTS a bucket that exists, and the environment its credentials and AWS_ENDPOINT_URL"
         yield Check("bucket", CheckStatus.ERROR, str(error), cure)
         return
@@ -119,14 +119,14 @@ def _check_sums(wrong: Mapping[str, tuple[int, int]]) -> Check:
 
 def _check_files(ended: float, files: float, damaged: float) -> Check:
     """The outcome of the last comparison of all stored files with their digests."""
-    cure = "the log of the service names them; they are made again, a few a day: `whipple forget-lost` allows more"
+    cure = "the log of the service names them; a few a day are made again: `whipple doctor --forget-lost` allows more"
     detail = f"{files} compared with their digests until {datetime.fromtimestamp(ended, UTC):%Y-%m-%d %H:%M} UTC, "
     status = CheckStatus.WARNING if damaged else CheckStatus.OK
     return Check("stored files", status, f"{detail}{damaged} damaged", cure if damaged else "")
 
 
 def check_workers(settings: Settings) -> Iterator[Check]:
-    """The workers of this machine, or those of the Dask scheduler."""
+    """The workers of this machine, or those of the engine."""
     if settings.engine is None:
         yield Check("workers", CheckStatus.OK, f"{settings.workers} on this machine")
         return
@@ -141,16 +141,14 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         return
     refused = [f"{address} ({reason})" for address, reason in cluster.workers.items() if reason]
     detail = f"{settings.engine} with {len(cluster.workers)} workers"
+    status, cure = CheckStatus.OK, ""
     if not cluster.workers:
-        yield Check("workers", CheckStatus.WARNING, detail, "start workers")
+        status, cure = CheckStatus.WARNING, "start workers"
     elif refused:
         detail += f", {len(refused)} of the workers receive no work: {', '.join(refused)}"
-        cure = "install the same versions everywhere, and start workers with --preload service.execution.dask_worker"
-        some_work = len(refused) < len(cluster.workers)
-        status = CheckStatus.WARNING if some_work else CheckStatus.ERROR
-        yield Check("workers", status, detail, cure)
-    else:
-        yield Check("workers", CheckStatus.OK, detail)
+        cure = "start them as docs/cluster.md has it, with the same versions everywhere"
+        status = CheckStatus.WARNING if len(refused) < len(cluster.workers) else CheckStatus.ERROR
+    yield Check("workers", status, detail, cure)
 
 
 def has_database(settings: Settings) -> bool:

@@ -22,7 +22,7 @@ from service.store import Store, digest_of
 from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import refusal
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -89,28 +89,22 @@ def run_sweep(
     document = with_files(document, Path()) if isinstance(document, Mapping) else read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
     retention = _retention(keep)
-    check_names(settings)
-    Store.check_origin(settings.url)
     held = held_in(folder)
     if held is not None and not overwrite:
         check_same(folder, held, sweep.document())
-    with handling_end_signals() as leaving:
-        with holding(settings), closing(Store.open(settings.url)) as store:
-            identity.settle(settings, store)
-            if held is None and not overwrite:
-                # The last sweep in a folder without a report must be this one.
-                for last in store.sweeps.page(limit=1).items:
-                    check_same(folder, store.sweeps.document(last.id), sweep.document())
-            id = _accept(store, {sweep.name: sweep}, retention)[sweep.name]
-            leaving.raise_if_requested()
-            with start_engine(settings, store, ready=ready) as dispatcher:
-                status = _wait(store, dispatcher, id, progress, leaving)
-            if status.state is SweepState.FAILED:
-                raise PublicationFailed(status.reason or "cube and report could not be made")
-            _copy_out(store, Artifacts(settings.data), id, folder, every_column=every_column)
-            if retention is Keep.FILM:
-                _copy_films(store, Artifacts(settings.data), id, folder)
+    with _store_of(settings) as (store, leaving):
+        if held is None and not overwrite:
+            # The last sweep in a folder without a report must be this one.
+            for last in store.sweeps.page(limit=1).items:
+                check_same(folder, store.sweeps.document(last.id), sweep.document())
+        id = _accept(store, {sweep.name: sweep}, retention)[sweep.name]
         leaving.raise_if_requested()
+        with start_engine(settings, store, ready=ready) as dispatcher:
+            status = _wait(store, dispatcher, id, progress, leaving)
+        artifacts = Artifacts(settings.data)
+        _copy_out(store, artifacts, id, folder, every_column=every_column)
+        if retention is Keep.FILM:
+            _copy_films(store, artifacts, id, folder)
     return Finished(folder, status)
 
 
@@ -126,22 +120,27 @@ def run_sweeps(
     settings = settings.model_copy(update=KEEPING_ALL)
     limits = SweepLimits(max_runs=settings.max_runs)
     sweeps = {name: Sweep.parse(document, limits) for name, document in documents.items()}
+    with _store_of(settings) as (store, leaving):
+        ids = _accept(store, sweeps, Keep.NUMBERS)
+        with start_engine(settings, store) as dispatcher:
+            for name, id in ids.items():
+                with showing(name) as show:
+                    status = _wait(store, dispatcher, id, show, leaving)
+                folder = out / name
+                folder.mkdir(parents=True, exist_ok=True)
+                _copy_out(store, Artifacts(settings.data), id, folder)
+                yield name, Finished(folder, status)
+
+
+@contextmanager
+def _store_of(settings: Settings) -> Iterator[tuple[Store, EndRequest]]:
+    """The store of a folder, which nobody else uses for the duration of a block, and the requests to end."""
     check_names(settings)
     Store.check_origin(settings.url)
     with handling_end_signals() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
             identity.settle(settings, store)
-            ids = _accept(store, sweeps, Keep.NUMBERS)
-            with start_engine(settings, store) as dispatcher:
-                for name, id in ids.items():
-                    with showing(name) as show:
-                        status = _wait(store, dispatcher, id, show, leaving)
-                    if status.state is SweepState.FAILED:
-                        raise PublicationFailed(status.reason or f"{name} could not be published")
-                    folder = out / name
-                    folder.mkdir(parents=True, exist_ok=True)
-                    _copy_out(store, Artifacts(settings.data), id, folder)
-                    yield name, Finished(folder, status)
+            yield store, leaving
         leaving.raise_if_requested()
 
 
@@ -178,7 +177,7 @@ def _retention(keep: str) -> Keep:
         return Keep(keep)
     except ValueError:
         limit = "one of " + ", ".join(Keep)
-        raise InvalidInput([Finding("keep", keep, limit, "write one of these")]) from None
+        raise refusal("keep", keep, limit, "write one of these") from None
 
 
 def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, str]:
@@ -199,7 +198,7 @@ def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, 
 def _wait(
     store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
-    """Report progress until the sweep has ended, or until a signal asks to leave."""
+    """Report progress until the sweep has ended, or until a signal asks to leave; raises PublicationFailed."""
     silent = 0  # such looks: a process that was suspended has a few
     while True:
         begin = time.monotonic()
@@ -207,6 +206,8 @@ def _wait(
         with suppress(StoreUnavailable):
             status = store.sweeps.get(id)
             progress(status)
+            if status.state is SweepState.FAILED:
+                raise PublicationFailed(status.reason or "cube and report could not be made")
             if status.is_terminal:
                 return status
         silent = 0 if dispatcher.is_alive() else silent + 1

@@ -4,26 +4,17 @@ Exit status: 0 success, 1 failure, 2 invalid input, 3 some runs failed.
 """
 
 import sys
+from collections.abc import Mapping
 from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import (
-    answering,
-    calibrating,
-    catalogue,
-    client,
-    computing,
-    decks,
-    drawing,
-    fitting,
-    maintenance,
-    serving,
-    validating,
-)
-from service.cli.commands.options import FAILURE, INVALID
+from service import version
+from service.cli.commands import PANELS, Commands
 from service.cli.console import print_findings, say
+from service.cli.options import FAILURE, INVALID
 from solver.errors import WhippleError
+from solver.registry import entries
 from studies.quantities.findings import InvalidInput
 
 app = typer.Typer(
@@ -33,29 +24,17 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-PANELS = (
-    ("On this machine, without a service", computing),
-    ("On this machine, without a service", drawing),
-    ("On this machine, without a service", decks),
-    ("On this machine, without a service", validating),
-    ("Out of a cube", fitting),
-    ("What ships", catalogue),
-    ("Measured shots", answering),
-    ("Measured shots", calibrating),
-    ("The service", serving),
-    ("Requests to a service", client),
-    ("Maintenance of a service", maintenance),
-)
-for title, part in PANELS:
-    for entry in (*part.app.registered_commands, *part.app.registered_groups):
-        entry.rich_help_panel = title
+_ALL: Mapping[str, Commands] = entries("service.cli.commands", "COMMANDS")
+for part in sorted(_ALL.values(), key=lambda part: (PANELS.index(part.panel), part.place)):
+    for command in part.app.registered_commands:
+        command.rich_help_panel = part.panel
+    for group in part.app.registered_groups:
+        group.rich_help_panel = part.panel
     app.add_typer(part.app)
 
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from service import version
-
         print(version())
         raise typer.Exit
 

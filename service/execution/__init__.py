@@ -1,46 +1,39 @@
-"""Engines, which compute attempts: the protocol, and the two that follow it.
+"""Engines, which compute attempts: ``protocol`` is what the dispatcher calls, ``local`` the engine of this machine.
 
-``protocol`` is what the dispatcher calls; ``local`` is the engine of this machine, ``dask`` that of a cluster
-(``dask_worker`` runs there). ``tests/contracts/test_engine.py`` runs over both. The command line opens an engine.
+Engines on other machines are features. To add one: a class like ``protocol.RemoteEngine``, and a line
+``scheme = "module:Class"`` of the entry-point group ``whipple.service.execution.engines``;
+``tests/contracts/test_engine.py`` runs over all. The command line opens an engine.
 """
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
-from studies.quantities.findings import MissingExtra
+from service.execution.local import LocalEngine
+from service.execution.protocol import Cluster, OpenEngine, RemoteEngine
+from service.settings import Settings
+from service.workers.warm import WarmProcess
+from solver.registry import points
 
-if TYPE_CHECKING:
-    from service.execution.protocol import Cluster, OpenEngine
-    from service.settings import Settings
-    from service.workers.warm import WarmProcess
-
-CURE = "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"
+ENGINES = "service.execution.engines"  # the group of entry points
 
 
-def engine_of(settings: "Settings", ready: "list[WarmProcess] | None" = None) -> "OpenEngine":
+def engine_of(settings: Settings, ready: list[WarmProcess] | None = None) -> OpenEngine:
     """The function that opens the engine of the settings; raises MissingExtra.
 
     ``ready``: processes for the first attempts on this machine.
     """
     if settings.engine is None:
-        from service.execution.local import LocalEngine
-
         return partial(LocalEngine, settings.workers, ready=ready)
-    dask = _dask_for(settings)
-    return partial(dask.DaskEngine, dask.Remote.of(settings))
+    return _remote(settings.engine).opener(settings)
 
 
-def probe(settings: "Settings") -> "Cluster":
+def probe(settings: Settings) -> Cluster:
     """Ask the scheduler of the settings for its workers; raises OSError, MissingExtra."""
-    cluster: Cluster = _dask_for(settings).probe(settings)
-    return cluster
+    assert settings.engine is not None
+    return _remote(settings.engine).probe(settings)
 
 
-def _dask_for(settings: "Settings") -> Any:
-    """The module that talks to a scheduler; raises MissingExtra without its libraries."""
-    try:
-        from service.execution import dask
-    except ModuleNotFoundError as error:
-        missing = f"the engine {settings.engine} needs {error.name}, which is not installed"
-        raise MissingExtra(f"{missing}: {CURE}") from None
-    return dask
+def _remote(address: str) -> type[RemoteEngine]:
+    """The engine that serves an address, whose scheme the settings have checked; raises MissingExtra."""
+    [point] = points(ENGINES).select(name=address.partition("://")[0])
+    engine: type[RemoteEngine] = point.load()
+    return engine

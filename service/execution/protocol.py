@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from service.settings import Settings
 from service.workers.attempt import Attempt, Inbox
 
 
@@ -57,3 +58,17 @@ class Cluster:
 
     address: str
     workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
+
+
+class RemoteEngine(Engine, Protocol):
+    """An engine on other machines, for the addresses of a scheme; a class makes and asks for it."""
+
+    @classmethod
+    def opener(cls, settings: Settings) -> OpenEngine:
+        """The function that opens the engine of the settings."""
+        ...
+
+    @classmethod
+    def probe(cls, settings: Settings) -> Cluster:
+        """Ask the scheduler of the settings for its workers; raises OSError."""
+        ...

@@ -11,7 +11,7 @@
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which folder counts.
 Paths in rows are relative to DIR and made of ids that the service gave, never of text from users.
 
-With a bucket (``service.files.bucket``) DIR is where attempts work, and for the rest a cache of it.
+With a bucket (``service.files.stores``) DIR is where attempts work, and for the rest a cache of it.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from service.files.bucket import Bucket
+from service.files.stores import Bucket, bucket_at
 from service.records.jobs import Kind, Lease, Stored
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
 
@@ -55,7 +55,7 @@ class Artifacts:
     @classmethod
     def of(cls, settings: "Settings") -> Self:
         """Those of a service; raises InvalidInput for a bucket that cannot be opened."""
-        return cls(settings.data, None if settings.artifacts is None else Bucket(settings.artifacts))
+        return cls(settings.data, None if settings.artifacts is None else bucket_at(settings.artifacts))
 
     def attempt_directory(self, lease: Lease) -> Path:
         attempt = name_of_attempt(lease.attempt, lease.token)
@@ -135,23 +135,23 @@ class Artifacts:
     # --- the bucket ------------------------------------------------------------------------------
 
     def keep(self, files: Iterable[Stored]) -> None:
-        """Write files to the bucket, before rows name them; raises BucketAway."""
+        """Write files to the bucket, before rows name them; raises FilesAway."""
         if self.bucket is not None:
             for stored in files:
                 self.bucket.put(self.path(stored), stored.path)
 
     def is_in_bucket(self, stored: Stored) -> bool:
-        """Whether the bucket has the file with the registered size; raises BucketAway."""
+        """Whether the bucket has the file with the registered size; raises FilesAway."""
         return self.bucket is not None and self.bucket.size(stored.path) == stored.size
 
     def local(self, stored: Stored) -> Path:
-        """Path of a registered file, brought back from the bucket if the disk lacks it, whole; raises BucketAway."""
+        """Path of a registered file, brought back from the bucket if the disk lacks it, whole; raises FilesAway."""
         if self.bucket is not None:
             self.may_be_shown(stored)
         return self.path(stored)
 
     def bring_back(self, stored: Stored) -> bool:
-        """Whether the bucket had the file, which is then on the disk, whole; raises BucketAway."""
+        """Whether the bucket had the file, which is then on the disk, whole; raises FilesAway."""
         path, bucket = self.path(stored), self.bucket
         if bucket is None:
             return False
@@ -169,7 +169,7 @@ class Artifacts:
         return True
 
     def mend(self, stored: Stored) -> bool:
-        """Whether disk or bucket have the file, whole; the other then has it too. Raises BucketAway."""
+        """Whether disk or bucket have the file, whole; the other then has it too. Raises FilesAway."""
         with suppress(FileNotFoundError):
             if self.is_intact(stored):
                 self.keep([stored])

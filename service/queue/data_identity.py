@@ -8,14 +8,14 @@ import uuid
 from pathlib import Path
 
 from service.files.artifacts import RUNS, Artifacts
-from service.files.bucket import IDENTITY
+from service.files.stores import IDENTITY
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
 from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 
-ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"
+ADOPT = "join the two with `whipple doctor --adopt`, which takes --data and --database-url"
 
 
 class WrongDirectory(WhippleError):
@@ -30,7 +30,7 @@ class WrongDirectory(WhippleError):
 def settle(settings: Settings, store: Store) -> None:
     """Give directory, database and bucket an id where none has one; raises WrongDirectory where they differ.
 
-    A directory without an id is as good as an emptied one where the bucket has the files. Raises BucketAway.
+    A directory without an id is as good as an emptied one where the bucket has the files. Raises FilesAway.
     """
     bucket = Artifacts.of(settings).bucket
     in_bucket = None if bucket is None else bucket.identity()

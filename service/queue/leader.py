@@ -17,10 +17,10 @@ from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
 from service.logs import about
 from service.queue import searching
-from service.queue.bucket_keeping import BucketKeeper
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
+from service.queue.keepers import Kept, keepers
 from service.queue.registration import Registrar
 from service.queue.renewal import Expand, Renewer
 from service.queue.scrubbing import Scrubber
@@ -62,7 +62,7 @@ class Leader:
         clock = ClockWatch(settings, store)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
         self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, clock, self._scrubber)
+        self._keepers = keepers(Kept(settings, store, self._artifacts, self._space, clock, self._scrubber))
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()
@@ -114,7 +114,8 @@ class Leader:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
                 if is_due:
                     self._collector.step()
-                    self._bucket_keeper.step()
+                    for keeper in self._keepers or [self._scrubber]:
+                        keeper.step()
         finally:
             self._store_blocked_reason()
 

@@ -13,8 +13,8 @@ from contextlib import suppress
 from dataclasses import replace
 
 from service.files.artifacts import Artifacts, chunks
-from service.files.bucket import BucketAway
 from service.files.lost_results import TooManyLost
+from service.files.stores import FilesAway
 from service.queue import data_identity as identity
 from service.queue.retry import MOST_LOST_RESULTS
 from service.records.jobs import Scrub, Stored
@@ -78,7 +78,7 @@ class Scrubber:
     def _is_whole(self, file: Stored) -> Generator[int, None, bool]:
         """Whether each copy of a file has its digest; yields sizes of pieces.
 
-        With a bucket one is there, and another on the disk unless the disk lacks the file. Raises BucketAway.
+        With a bucket one is there, and another on the disk unless the disk lacks the file. Raises FilesAway.
         """
         path, bucket = self._artifacts.path(file), self._artifacts.bucket
         copies = [] if bucket is None else [bucket.chunks(file.path)]
@@ -123,7 +123,7 @@ def _digest(pieces: Iterator[bytes]) -> Generator[int, None, str]:
         for piece in pieces:
             sha256.update(piece)
             yield len(piece)
-    except BucketAway:
+    except FilesAway:
         raise
     except OSError:
         return ""

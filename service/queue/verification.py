@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from service.files.artifacts import FOR_PUBLICATIONS, LOG, Artifacts, describe
-from service.files.bucket import BucketAway
 from service.files.lost_results import Loss, ResultsLost, list_in
+from service.files.stores import FilesAway
 from service.records.jobs import Cause, Kind, Lease, Result, Stored
 from service.workers.attempt import Ending, legible
 from service.workers.supervisor import BROKEN_MOUNT
@@ -125,7 +125,7 @@ class Verification:
         try:
             verified = self._verify(lease, ending, may_retry)
             self._artifacts.keep(verified.files)
-        except BucketAway as error:
+        except FilesAway as error:
             raise Unreadable(f"a result cannot be registered now: {error}") from error
         return verified
 
@@ -145,7 +145,7 @@ class Verification:
                 return self._verify_files(lease, ending)
             if ending.failure == ResultsLost.__name__:
                 return self._verify_losses(lease, ending)
-        except BucketAway:
+        except FilesAway:
             raise
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             code = error.errno if isinstance(error, OSError) else None

@@ -26,7 +26,7 @@ SETTLING = DAY  # s of running after a long stop
 MOST_SEGMENTS = 50  # beyond it the two oldest become one
 SHARE = 10  # of what is stored one part in so many goes by age in a day
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
-TRUST = "`whipple retention --trust-clock`"
+TRUST = "`whipple doctor --trust-clock`"
 
 
 class ClockReading(NamedTuple):

@@ -144,7 +144,7 @@ def _forget_results(connection: sa.Connection, moment: datetime, losses: Sequenc
 
 
 def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[Loss]) -> None:
-    """Raise TooManyLost beyond the limits, unless ``whipple forget-lost`` has allowed it."""
+    """Raise TooManyLost beyond the limits, unless ``whipple doctor --forget-lost`` has allowed it."""
     count = len(losses)
     allow = CONTROL.update().where(CONTROL.c.forgettable >= count)
     if connection.execute(allow.values(forgettable=CONTROL.c.forgettable - count)).rowcount:
@@ -158,7 +158,7 @@ def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[
         raise TooManyLost(
             f"{count} of {results} registered results are lost or damaged ({first_runs(losses)}), and no more than "
             f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; restore their files, or have "
-            f"the results computed again: `whipple forget-lost {count}`"
+            f"the results computed again: `whipple doctor --forget-lost {count}`"
         )
 
 

@@ -249,7 +249,7 @@ class Sweeps:
             status = sweep_status(connection, id)
             state = status.state
             if status.pinned is not None:
-                raise Conflict("the sweep is pinned; unpin it (`whipple unpin`), then delete it")
+                raise Conflict("the sweep is pinned; unpin it (`whipple change --unpin`), then delete it")
             if state not in SWEEP_TERMINAL:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"

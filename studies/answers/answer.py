@@ -4,31 +4,17 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from typing import Any
 
 from studies import laws
 from studies.answers.question import Question
-from studies.laws import UNMEASURED, Law, RangeStatus, Shot
+from studies.answers.targets import Addition, targets
+from studies.laws import Law, RangeStatus, Shot, unmeasured
 from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
-from studies.observations.shields.answers import ShieldAnswer
-from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import NONE, digits, display_of
+from studies.quantities.parameters import Plain, Value
 from studies.quantities.units import readable
 from studies.sweeps.reading import published_shots
 
-# What laws predict of each kind of target. A shield's bumper is a plate.
-QUANTITIES: Mapping[str, tuple[str, ...]] = {
-    "plate": (
-        "hole_diameter",
-        "plate_critical_diameter",
-        "perforation_thickness",
-        "detached_spall_thickness",
-        "spall_thickness",
-    ),
-    "block": ("crater_depth", "crater_diameter", "crater_volume", "perforation_thickness", "spall_thickness"),
-    "shield": ("critical_diameter", "hole_diameter"),
-}
-TABLES: Mapping[str, tuple[str, str]] = {"plate": ("holes", "thin_plate"), "block": ("craters", "thick_plate")}
 UNITS = {1: "m", 2: "m2", 3: "m3"}  # of a quantity by its dimension in lengths
 NEAREST = 5  # shots that an answer lists
 
@@ -54,10 +40,10 @@ class LawAnswer:
         """Its value in the display unit of an SI unit, or its bounds where it has variants; a dash of none."""
         return printed_bounds(self.low, self.high, unit)
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values, SI."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}
-        range_of = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
+        range_of: dict[str, Plain] = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
         return {"law": self.law.name, **_without_nan(numbers), **range_of}
 
 
@@ -72,7 +58,7 @@ class QuantityAnswer:
     @property
     def title(self) -> str:
         """Its name in words."""
-        return UNMEASURED.get(self.quantity, self.quantity.replace("_", " ").capitalize())
+        return unmeasured().get(self.quantity, self.quantity.replace("_", " ").capitalize())
 
     @property
     def trusted(self) -> list[LawAnswer]:
@@ -85,7 +71,7 @@ class QuantityAnswer:
         values = [bound for each in self.trusted for bound in (each.low, each.high) if not math.isnan(bound)]
         return (min(values), max(values)) if values else None
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values."""
         spread = self.spread
         return {
@@ -120,7 +106,7 @@ class NearObservation:
             return written_bounds(self.shot.bounds, "m")
         return readable(self.shot.value or 0.0, "m")
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """Plain values, SI."""
         each = self.shot
         return {
@@ -140,28 +126,31 @@ class NearObservation:
 class ShotAnswer:
     """What laws and shots say of one shot."""
 
-    parameters: Mapping[str, Any]  # of the shot, SI
-    target: str  # "plate", "block" or "shield"
+    parameters: Mapping[str, Value]  # of the shot, SI
+    target: str  # a name of ``targets``
     quantities: tuple[QuantityAnswer, ...]
-    shots: tuple[NearObservation, ...]  # on plates and blocks
-    shield: ShieldAnswer | None  # whether it holds, and the shots near it
+    shots: tuple[NearObservation, ...]  # of the tables of its target
+    addition: Addition | None  # what its target says besides
 
-    def describe(self) -> dict[str, Any]:
-        """Plain values, SI, for a program."""
+    def describe(self) -> dict[str, Plain]:
+        """Plain values, SI, for a program; the addition of a target stands under its name."""
+        additions: dict[str, Plain] = {name: None for name, target in targets().items() if target.adds}
+        if self.addition:
+            additions[self.target] = {**_without_nan(asdict(self.addition)), "sentence": self.addition.sentence}
         return {
             "headline": self.headline(),
             "parameters": {name: value for name, value in self.parameters.items() if value is not None},
             "quantities": [each.describe() for each in self.quantities],
             "shots": [each.describe() for each in self.shots],
-            "shield": self.shield and {**_without_nan(asdict(self.shield)), "sentence": self.shield.sentence},
+            **additions,
         }
 
     def headline(self) -> str:
-        """What comes first, in at most twenty words: whether a shield holds, or the first quantity."""
-        return self.shield.sentence if self.shield else self.quantities[0].sentence()
+        """What comes first, in at most twenty words: what the target adds, or the first quantity."""
+        return self.addition.sentence if self.addition else self.quantities[0].sentence()
 
 
-def document(question: Question) -> dict[str, Any]:
+def document(question: Question) -> dict[str, Plain]:
     """The answers to a question as plain values, SI, with what the catalogue says of each law once."""
     items = list(answers(question))
     asked = {each.law.name: each.law for quantity in items[0].quantities for each in quantity.laws}
@@ -179,14 +168,14 @@ def answers(question: Question) -> Iterator[ShotAnswer]:
         yield answer(question.shot(point), question.target, point)
 
 
-def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> ShotAnswer:
+def answer(shot: Shot, target: str, parameters: Mapping[str, Value]) -> ShotAnswer:
     """The answer to one shot."""
-    of_shield = answer_of_shield(shot) if shot.shield else None
-    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)), of_shield)
+    near, addition = tuple(nearest(shot, target)), targets()[target].addition(shot)
+    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), near, addition)
 
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
-    for quantity in QUANTITIES[target]:
+    for quantity in targets()[target].quantities:
         asked = laws.answering(quantity)
         if asked:
             unit = UNITS[asked[0].dimension]
@@ -214,8 +203,8 @@ def shot_in_words(shot: Shot) -> str:
     parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
     if shot.plate_thickness is not None:
         parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")
-    if shot.shield is not None:
-        parts += [readable(shot.shield.stand_off, "m"), f"wall {readable(shot.shield.wall_thickness, 'm')}"]
+    sizes = (size for target in targets().values() for size in target.sizes(shot))
+    parts += (f"{word} {readable(size, 'm')}".strip() for word, size in sizes)
     if shot.obliquity:
         parts.append(readable(shot.obliquity, "rad"))
     return " | ".join(parts)
@@ -241,13 +230,11 @@ def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearObservati
 
 @cache
 def _published(target: str) -> Sequence[Observation]:
-    if target not in TABLES:
-        return ()
-    table, scenario = TABLES[target]
-    return published_shots(table, scenario)
+    table = targets()[target].table
+    return published_shots(*table) if table else ()
 
 
-def _family(material: Any) -> str:
+def _family(material: Value) -> str:
     """The metal of a published shot, which may name no alloy."""
     from studies import materials
 
@@ -267,10 +254,14 @@ def printed_bounds(low: float, high: float, unit: str) -> str:
     return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
-def _without_nan(value: Any) -> Any:
-    """Plain objects as JSON has them: None in place of NaN."""
+def _without_nan(values: Mapping[str, Plain]) -> dict[str, Plain]:
+    """Plain values as JSON has them: None in place of NaN."""
+    return {name: _plain(value) for name, value in values.items()}
+
+
+def _plain(value: Plain) -> Plain:
     if isinstance(value, Mapping):
-        return {name: _without_nan(each) for name, each in value.items()}
+        return _without_nan(value)
     if isinstance(value, list | tuple):
-        return [_without_nan(each) for each in value]
+        return [_plain(part) for part in value]
     return None if isinstance(value, float) and math.isnan(value) else value

@@ -1,24 +1,18 @@
 """The answers to a question as a dataset: every law of a quantity over the axes of the question."""
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.answers.answer import ShotAnswer, answers
+from studies.answers.answer import answers
 from studies.answers.question import Question
-from studies.observations.shields.answers import ShieldAnswer
-from studies.observations.shields.inverse import RISKS, NoSize, SafeSize, Size
+from studies.answers.targets import Variable, targets
+from studies.quantities.parameters import Value
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-LAWS = "law_of_critical_diameter"  # the dimension
-_NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
 
 
 def cube_of(question: Question) -> "xr.Dataset":
@@ -33,67 +27,34 @@ def cube_of(question: Question) -> "xr.Dataset":
     import xarray as xr
 
     every = list(answers(question))
-    names = [axis.name for axis in question.axes]
-    coordinates: dict[str, Any] = {
+    names = tuple(axis.name for axis in question.axes)
+    coordinates: dict[str, Variable | Value] = {
         axis.name: (axis.name, list(axis.values), {"units": axis.unit or "1"} if axis.unit else {})
         for axis in question.axes
     }
     coordinates |= {name: value for name, value in question.fixed.items() if value is not None}
-    variables: dict[str, Any] = {}
+    variables: dict[str, Variable] = {}
     for place, quantity in enumerate(every[0].quantities):
-        laws = sorted({each.law.name: each.law for each in quantity.laws}.values(), key=lambda law: law.name)
-        law = f"law_of_{quantity.quantity}"
-        dims = (law, *names)
-        coordinates[law] = (law, [each.name for each in laws])
-        coordinates[f"title_of_{law}"] = (law, [each.title for each in laws])
-        coordinates[f"source_of_{law}"] = (law, [each.source for each in laws])
-        by_law = [_by_law(every, place, each.name) for each in laws]
-        shape = (len(laws), *question.shape)
-
-        def over(attribute: str, dtype: Any, rows: Sequence[Any] = by_law, shape: tuple[int, ...] = shape) -> Any:
-            return np.array([getattr(each, attribute) for row in rows for each in row], dtype).reshape(shape)
-
+        laws = sorted((answer.law for answer in quantity.laws), key=lambda law: law.name)
+        dim = f"law_of_{quantity.quantity}"
+        coordinates[dim] = (dim, [law.name for law in laws], {})
+        coordinates[f"title_of_{dim}"] = (dim, [law.title for law in laws], {})
+        coordinates[f"source_of_{dim}"] = (dim, [law.source for law in laws], {})
+        by_name = [{each.law.name: each for each in answer.quantities[place].laws} for answer in every]
+        rows = [by_law[law.name] for law in laws for by_law in by_name]  # the last axis fastest
+        shape, dims = (len(laws), *question.shape), (dim, *names)
         about = {"units": quantity.unit, "long_name": quantity.title}
+        numbers = np.array([(row.value, row.low, row.high) for row in rows]).T.reshape(3, *shape)
         name = quantity.quantity
-        variables |= {
-            name: (dims, over("value", float), about),
-            f"{name}_low": (dims, over("low", float), about),
-            f"{name}_high": (dims, over("high", float), about),
-            f"{name}_in_range": (dims, over("in_range", np.int8), {"flag_values": [0, 1], "units": "1"}),
-            f"{name}_outside": (dims, over("outside", object)),
-        }
-    if question.target == "shield":
-        coordinates["risk"] = ("risk", list(RISKS), {"units": "1"})
-        variables |= _of_shields([each.shield for each in every if each.shield], coordinates[LAWS][1], question)
+        variables |= {f"{name}{end}": (dims, numbers[at], about) for at, end in enumerate(("", "_low", "_high"))}
+        inside = np.array([row.in_range for row in rows], np.int8).reshape(shape)
+        variables[f"{name}_in_range"] = (dims, inside, {"flag_values": [0, 1], "units": "1"})
+        outside = np.array([row.outside for row in rows], np.object_).reshape(shape)
+        variables[f"{name}_outside"] = (dims, outside, {})
+    additions = [each.addition for each in every if each.addition]
+    added = targets()[question.target].variables(additions, names, question.shape)
+    coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
-
-
-def _of_shields(shields: Sequence[ShieldAnswer], laws: Sequence[str], question: Question) -> dict[str, Any]:
-    """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
-    names, variables = [axis.name for axis in question.axes], dict[str, Any]()
-
-    def add(name: str, title: str, unit: str, values: Sequence[Any], dims: Sequence[str] = ()) -> None:
-        shape = (len(values) // len(shields), *question.shape) if dims else question.shape
-        variables[name] = ((*dims, *names), np.array(values).reshape(shape), {"units": unit, "long_name": title})
-
-    for part, end in (("value", ""), ("low", "_low"), ("high", "_high")):
-        chances = [getattr(shield.probability, part, math.nan) for shield in shields]
-        add(f"probability{end}", "Probability that the wall fails", "1", chances)
-    add("easier_failed", "Easier shots whose wall failed", "1", [shield.easier.contrary for shield in shields])
-    add("harder_held", "Harder shots whose wall held", "1", [shield.harder.contrary for shield in shields])
-    found = [{(each.size, each.risk or each.law): each for each in shield.safe} for shield in shields]
-    for size in Size:
-        for dim, limits in (("risk", RISKS), (LAWS, laws)):
-            each = [safe.get((size, limit), _NO_EQUATION) for limit in limits for safe in found]
-            name, title = f"safe_{size}_by_{dim.partition('_')[0]}", f"{size.replace('_', ' ')} that is just safe"
-            add(name, title, "m", [math.nan if safe.value is None else safe.value for safe in each], (dim,))
-            add(f"{name}_reason", "why there is none", "1", [str(safe.reason or "") for safe in each], (dim,))
-    return variables
-
-
-def _by_law(every: Sequence[ShotAnswer], place: int, law: str) -> list[Any]:
-    """A law's answers to every shot, in the order of the shots."""
-    return [next(each for each in answer.quantities[place].laws if each.law.name == law) for answer in every]
 
 
 def netcdf(question: Question) -> bytes:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 from jinja2 import Template
 from markupsafe import Markup
@@ -10,10 +9,9 @@ from markupsafe import Markup
 from studies import laws
 from studies.answers.answer import ShotAnswer, shot_in_words
 from studies.answers.picture import picture
-from studies.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
+from studies.answers.targets import targets
 from studies.laws import Shot
-from studies.observations.shields.shots import citation
-from studies.quantities.display import NONE, display_of
+from studies.quantities.display import display_of
 from studies.quantities.units import readable
 from studies.reports.figure import Figure
 from studies.reports.wording import environment_of
@@ -32,29 +30,18 @@ def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> s
 
 
 def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
-    figure = picture(shot, answer.target)
+    figure, target = picture(shot, answer.target), targets()[answer.target]
     return _template(template).render(
         answer=answer,
-        target=shot_in_words(shot),
+        target=target,
+        shot=shot_in_words(shot),
         figure=figure,
         drawing=drawn(figure),
         readable=readable,
         unit=lambda unit: display_of(unit).unit,
-        share=_share,
-        columns=COLUMNS,
-        safe_sizes_of=safe_sizes_of,
-        of_ordered_shots=of_ordered_shots,
-        citation=citation,
         title=lambda law: laws.load(law).title,
+        **target.words(),
     )
-
-
-def _share(share: Any) -> str:
-    """A share of shots with its interval: "7 of 9 (45 to 94 %)"."""
-    if not share.of:
-        return NONE
-    low, high = (f"{100.0 * bound:.0f}" for bound in share.interval)
-    return f"{share.count} of {share.of} ({low} to {high} %)"
 
 
 @cache

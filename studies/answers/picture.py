@@ -1,24 +1,25 @@
-"""Pictures of an answer: critical diameter of a shield, or hole of a plate, against speed, with every law and shot."""
+"""Pictures of an answer: the hole of a plate, or the depth of a crater, against speed, with every law and shot."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from studies import laws
 from studies.answers.answer import nearest, shot_in_words
+from studies.answers.targets import targets
 from studies.laws import Shot
-from studies.observations.shields.probability import diameters_at
-from studies.observations.shields.shots import published
-from studies.reports.figure import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Scale, Series
-from studies.shields.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
+from studies.reports.figure import OBSERVED, Figure, Panel, Scale, Series, numbers
 
-DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
+SPEED = Scale("speed", "speed", "m s-1")
+SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go
+POINTS = 45  # of a curve: every 250 m/s
+SPEEDS = tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
 
 
 def picture(shot: Shot, target: str) -> Figure:
-    """The picture of an answer; a block has crater depth over diameter against speed."""
-    if target == "shield":
-        return _of_shield(shot)
-    name, symbol = ("hole_diameter", "D/d") if target == "plate" else ("crater_depth", "p/d")
+    """The picture of an answer: that of its target, or a quantity over the diameter against speed."""
+    if (own := targets()[target].picture(shot)) is not None:
+        return own
+    name, symbol = targets()[target].drawn
     diameter = shot.projectile_diameter
     drawn = curves_of(name, shot, 1.0 / diameter)
     near = [each.shot for each in nearest(shot, target) if each.shot.quantity == name and each.shot.value is not None]
@@ -41,31 +42,13 @@ def picture(shot: Shot, target: str) -> Figure:
     )
 
 
-def _of_shield(shot: Shot) -> Figure:
-    like = like_shields(shot)
-    mine = Series("limit", THIS, (shot.speed,), (shot.projectile_diameter,))
-    return Figure(
-        "critical_diameter_against_speed",
-        "Diameter of the projectile above which the wall fails, against speed",
-        f"{len(like)} of {len(published().shots)} published shots are on shields like this one. "
-        "Lines: equations, dotted outside their range. The probability ends where the shots end.",
-        SPEED,
-        Scale("critical_diameter", "diameter of the projectile", "m"),
-        (
-            Panel(
-                shot_in_words(shot),
-                {},
-                (*_chances(shot), *curves_of("critical_diameter", shot), *outcomes_of(like), mine),
-            ),
-        ),
-    )
-
-
-def _chances(shot: Shot) -> Iterator[Series]:
-    """The diameters that fail with the drawn probabilities, as a band and its middle; none without an equation."""
-    each = [diameters_at(replace(shot, speed=speed), DRAWN) for speed in SPEEDS]
-    low, even, high = ([None if math.isnan(d) else d for d in column] for column in zip(*each, strict=True))
-    inside = tuple(d is not None for d in even)
-    if any(inside):
-        yield Series("band", CHANCES, SPEEDS, low=tuple(low), high=tuple(high), in_range=inside)
-        yield Series("trend", EVEN_CHANCE, SPEEDS, tuple(even))
+def curves_of(quantity: str, shot: Shot, factor: float = 1.0) -> Iterator[Series]:
+    """The laws of a quantity that may judge and cover the shot at some speed, over the speed."""
+    for law in laws.answering(quantity):
+        if law.use != "verdict":
+            continue
+        shots = [replace(shot, speed=speed) for speed in SPEEDS]
+        inside = tuple(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in shots)
+        if any(inside):
+            values = numbers(0.5 * factor * sum(law.band(shot)) for shot in shots)
+            yield Series("curve", law.title, SPEEDS, values, in_range=inside)

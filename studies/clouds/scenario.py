@@ -18,10 +18,9 @@ from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
-from studies.scenarios.parts.matter import Fracture, yield_stress
-from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.matter import yield_stress
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
+from studies.scenarios.parts.shot import Plate, Shot, TargetName
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
@@ -52,9 +51,10 @@ class CloudSetting(ImpactSetting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CloudShot(ImpactShot):
-    """A shot until a stated time, in a grid with room for its debris."""
+class CloudShot(Shot):
+    """A shot at a plate until a stated time, in a grid with room for its debris."""
 
+    target: TargetName
     end_time: Annotated[
         Second | None,
         Described(
@@ -85,8 +85,7 @@ class CloudShot(ImpactShot):
         ),
     ] = None
     beyond_edge: Annotated[
-        Dimensionless,
-        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, MOST_ROOM, acts=has_free_rim),
+        Dimensionless | None, Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, MOST_ROOM)
     ] = 2.0
 
 
@@ -97,27 +96,19 @@ class DebrisCloud(ImpactSetUp):
     experienced = MappingProxyType({"tip_velocity_percent": "tip_velocity_percent"})
 
     shot: CloudShot
-    fracture: Fracture
-    numerics: Numerics
     plate: Plate
 
     @property
     def impact(self) -> Impact:
-        thickness, radius = self.plate.plate_thickness, self.plate.radius
-        return Impact(self.shot, self.fracture, self.numerics, thickness=thickness, radius=radius)
+        return Impact(self, thickness=self.plate.plate_thickness, radius=self.plate.radius)
 
     def filled(self, materials: Materials) -> Self:
         shot, diameter = self.shot, self.shot.projectile_diameter
         end_time = shot.end_time or FLIGHT * diameter / shot.speed
         farthest = FASTEST * shot.speed * end_time / diameter
         downrange = round_quantity(shot.downrange or min(farthest + BEHIND_TIP, MOST_ROOM))
-        return replace(
-            self,
-            fracture=self.fracture.filled(materials),
-            shot=replace(shot, downrange=downrange).filled(self.numerics, end_time=end_time),
-            numerics=self.numerics.filled(few=shot.geometry != "axisymmetric"),
-            plate=self.plate.filled(diameter),
-        )
+        roomy = replace(self, shot=replace(shot, downrange=downrange))
+        return replace(roomy.with_shot(materials, end_time=end_time), plate=self.plate.filled(diameter))
 
     def check(self, materials: Materials) -> list[Finding]:
         return self.impact.check(materials) + self.plate.check(self.shot)
@@ -127,8 +118,8 @@ class DebrisCloud(ImpactSetUp):
         bodies = [materials[body.name] for body in setting.problem.bodies]
         return CloudSetting(**vars(setting), breakup=tuple(map(_breakup, bodies)), melting=tuple(map(_melting, bodies)))
 
-    @classmethod
-    def view(cls, setting: CloudSetting, snapshot: "Snapshot") -> "CloudView":
+    @staticmethod
+    def view(setting: CloudSetting, snapshot: "Snapshot") -> "CloudView":
         from studies.measurements.impact.cloud import view
 
         return view(setting, snapshot)
@@ -136,15 +127,15 @@ class DebrisCloud(ImpactSetUp):
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
-    def sections(self, setting: CloudSetting) -> "SectionOptions":
+    def sections(self, setting: Setting) -> "SectionOptions":
         from studies.films.radiograph import PIXELS
         from studies.films.section import SectionOptions
 
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(
             moments=moments,
-            reach=REACH * setting.projectile_diameter,
-            pixel=setting.projectile_diameter / PIXELS,
+            reach=REACH * self.shot.projectile_diameter,
+            pixel=self.shot.projectile_diameter / PIXELS,
             whole=2.0 * math.pi / setting.sector,
         )
 
@@ -214,7 +205,6 @@ SCENARIO = Scenario(
         "fragment_size_liquid",
     ),
     accurate=("tip_velocity_percent",),
-    measured_with=("tension.fracture_toughness", "tension.surface_tension"),
     distributions=("mass_over_velocity_and_angle", "fragments_over_size", "fragment_mass_over_size"),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,

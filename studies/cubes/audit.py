@@ -1,8 +1,12 @@
-"""Numbers that runs state about themselves, as variables of the cube: the audit at the end, and balances over time."""
+"""Numbers that runs state about themselves, as variables of the cube: the audit at the end, and balances over time.
+
+A feature adds numbers of its runs through the entry-point group ``whipple.studies.cubes.audit``.
+"""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
+from solver.registry import entries
 from studies.cubes.variable import RUNS, Variable
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 
@@ -17,6 +21,9 @@ class AuditNumber:
     share: bool = False  # people read it in per cent
     limit: float | None = None  # beyond it, on either side of zero, a run is marked
     shown: bool = True  # in the report
+    # Of a feature's number: the number here that it follows, and its place from 1 among those that do.
+    after: str = ""
+    place: int = 0
 
     @property
     def variable(self) -> Variable:
@@ -38,7 +45,6 @@ _drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
 AUDIT = (
     AuditNumber("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
     AuditNumber("cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"),
-    AuditNumber("cells_per_wall", "1", "grid cells through the wall of a shield"),
     AuditNumber("particles", "1", "particles of the simulation"),
     AuditNumber("steps", "1", "time steps taken"),
     AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
@@ -66,15 +72,6 @@ AUDIT = (
     _share(
         "discarded_mass_fraction", meaning="mass of stray particles of debris that were discarded, over the initial"
     ),
-    _share(
-        "missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over projectile and bumpers"
-    ),
-    _share(
-        "flight_angular_momentum_error",
-        meaning="angular momentum about the normal of the plane of symmetry that debris of a half shield does not keep "
-        "in its flights from sheet to sheet, over the sum of its absolute values",
-    ),
-    AuditNumber("clock_ahead", "s", "by how much the clock of the stage of a shield's wall is ahead", shown=False),
     # Zero in every scenario but those of bars.
     AuditNumber("load_work", "J", "work of pressures and gravity up to the end, on whole bodies", shown=False),
     _share("separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"),
@@ -93,6 +90,14 @@ AUDIT = (
     AuditNumber("reflected", "1", "particles turned back at a wall"),
     AuditNumber("discarded", "1", "stray particles of debris whose state was unphysical, and that were discarded"),
 )
+
+
+@cache
+def audit_numbers() -> tuple[AuditNumber, ...]:
+    """Every number of the audit, those of features behind the ones that they follow."""
+    places = {number.name: place for place, number in enumerate(AUDIT)}
+    offered: list[AuditNumber] = [*entries(__name__, "AUDIT").values()]
+    return tuple(sorted(offered, key=lambda number: (places[number.after or number.name], number.place)))
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ def catalogue_of(sweep: Any) -> Catalogue:
         for name in (*axes, *sweep.fixed, *stated)
         if name not in own
     }
-    critical = [laws.CRITICAL[name] for name in allowed.quantities if name in laws.CRITICAL]
+    critical = [diameter for outcome, diameter in laws.critical().items() if outcome in allowed.quantities]
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
@@ -121,7 +121,7 @@ def catalogue_of(sweep: Any) -> Catalogue:
         observations=[_observed(shot, sweep, scenario) for shot in sweep.observations],
         materials=_materials(sweep),
         compared_shots=sweep.compared_shots(),
-        critical=[Quantity(name, "m", laws.UNMEASURED[name]) for name in critical],
+        critical=[Quantity(name, "m", laws.unmeasured()[name]) for name in critical],
     )
 
 

@@ -120,7 +120,7 @@ def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None], 
     grid = sweep.combine == "grid"
     axes = (*(sweep.axes if grid else ()), *sweep.refinements)
     names = tuple(variable_name(axis.name) for axis in axes)
-    cells = np.full(sweep.shape, None, object)
+    cells = np.full(sweep.grid.shape, None, object)
     for index, coordinates, run in _placed_runs(sweep, results, run_ids):
         shot = None if isinstance(run, UnfinishedRun) else shot_of(run)
         cells[index] = _cell(coordinates, run, results, shot)

@@ -198,7 +198,7 @@ def _of_runs(layout: Layout) -> Iterator[Column]:
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
     if np.isfinite(diameters).any():
         yield declared.EQUIVALENT_DIAMETER, _compact(diameters, layout), {}
-    for number in audit.AUDIT:
+    for number in audit.audit_numbers():
         if any(number.name in cell.result.numbers for cell in layout.cells.flat):
             yield _column(number.variable, layout.cells)
 
@@ -488,7 +488,7 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
         "axes": " ".join(_names(layout.axes)),
         "refinements": " ".join(_names(layout.refinements)),
         "quantities": " ".join(catalogue.quantities),
-        "undeclared_numbers": " ".join(sorted(numbers - {each.name for each in audit.AUDIT})),
+        "undeclared_numbers": " ".join(sorted(numbers - {number.name for number in audit.audit_numbers()})),
         "sweep": json_text(document),
         "materials": json_text(catalogue.materials),
         "compared_shots": json_text([asdict(each) for each in catalogue.compared_shots]),

@@ -14,10 +14,10 @@ from xarray import Dataset
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
-from studies.laws import CRITICAL
+from studies.laws import critical
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
-from studies.quantities.measured import NO_DOUBT
+from studies.quantities.measured import ERROR_UNKNOWN
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
@@ -27,7 +27,7 @@ def quantities_of(dataset: xr.Dataset) -> list[str]:
 
 def critical_of(dataset: xr.Dataset) -> list[str]:
     """Names of the diameters that laws predict for the outcomes of a cube."""
-    return [name for name in CRITICAL.values() if LAW_LABEL.is_in(dataset, name)]
+    return [name for name in critical().values() if LAW_LABEL.is_in(dataset, name)]
 
 
 def finite(value: Any) -> Any:
@@ -65,7 +65,7 @@ def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
 
 def doubts(flags: xr.DataArray) -> xr.DataArray:
     """The flags that doubt a value: all but those that say how well its error is known."""
-    unknown = sum(mask for mask, word in flag_meanings(flags) if word in NO_DOUBT)
+    unknown = sum(mask for mask, word in flag_meanings(flags) if word == ERROR_UNKNOWN)
     return flags & ~np.int32(unknown)
 
 

@@ -18,7 +18,7 @@ from studies.laws import SPEED, THICKNESS_RATIO, RangeStatus, in_words, range_in
 from studies.measurements.distributions import Bins, Distribution
 from studies.quantities.parameters import Parameter
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 1
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"

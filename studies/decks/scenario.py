@@ -30,41 +30,26 @@ OBSERVATIONS = 20
 MOST_OBSERVATIONS = 1000
 
 
-def _has_soil(parameters: Any) -> bool:
-    deck = read_deck(parameters.deck, parameters.units)
-    return any(material.kind == "dpm" for material in deck.materials.values())
-
-
 @dataclass(frozen=True, kw_only=True)
 class DeckNumerics(Numerics):
     """Numerics of a deck, where no parameter says otherwise."""
 
-    recipe: Annotated[RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)] = (
-        "thesis"
-    )
+    recipe: Annotated[RecipeName, Described("preset for what neither the deck nor a parameter says")] = "thesis"
     contact: Annotated[
         Literal["deck", "none", "bardenhagen", "thesis", "gap"],
         Described("contact between components as the deck says, none, or on the nodes"),
     ] = "deck"  # type: ignore[assignment]
     friction: Annotated[
         Dimensionless | None, Described("Coulomb friction of components in contact; by default the deck's", 0.0, 10.0)
-    ] = None  # type: ignore[assignment]
+    ] = None
     particles_per_cell: Annotated[
         int | None,
         Described(
-            "particles per cell along each direction, for the size of those of gimp; by default the deck's",
-            1,
-            6,
-            acts=lambda parameters: parameters.shape == "gimp",
+            "particles per cell along each direction, for the size of those of gimp; by default the deck's", 1, 6
         ),
     ] = None
     tension: Annotated[
-        str | None,
-        Choice(tensions),
-        Described(
-            f"rule for the lowest pressure that soil sustains; {BY_RECIPE}",
-            acts=lambda parameters: _has_soil(parameters),
-        ),
+        str | None, Choice(tensions), Described(f"rule for the lowest pressure that soil sustains; {BY_RECIPE}")
     ] = None
 
     def filled_for(self, deck: Deck, step: float | None) -> Self:
@@ -84,13 +69,16 @@ class DeckNumerics(Numerics):
         friction = self.friction
         if friction is None:
             friction = deck.friction if contact != "none" else 0.0
-        return replace(
+        filled = replace(
             filled_from(self, preset),
             contact=contact,
             jaumann=self.jaumann and deck.jaumann,
             friction=friction,
             fixed_dt=self.fixed_dt if step is None else step,
         )
+        has_soil = any(material.kind == "dpm" for material in deck.materials.values())
+        unused = {"particles_per_cell": filled.shape != "gimp", "tension": not has_soil}
+        return filled.acting(*(name for name, is_unused in unused.items() if is_unused))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,8 +152,8 @@ class DeckRun(SetUp):
         )
         return Setting(problem=problem, sector=2.0 * math.pi)
 
-    @classmethod
-    def view(cls, setting: Setting, snapshot: "Snapshot") -> "WholeView":
+    @staticmethod
+    def view(setting: Setting, snapshot: "Snapshot") -> "WholeView":
         from studies.decks.whole import view
 
         return view(snapshot)

@@ -16,14 +16,20 @@ NaN with the reason. Its band is the smallest to the largest answer over its sta
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeStatus, Reason
-from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
+from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeCode, RangeStatus, Reason
+from studies.laws._shot import Shot
 from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words
+from studies.laws.predicted import critical, unmeasured
+from studies.laws.targets import shot_from, shot_of, target_of
 from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Plain
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = [
     "CAVEATS",
@@ -32,17 +38,16 @@ __all__ = [
     "SPEED",
     "THICKNESS_RATIO",
     "Code",
-    "FurtherBumper",
     "Law",
     "LawValue",
     "Limit",
     "Range",
+    "RangeCode",
     "RangeStatus",
     "Reason",
-    "Shield",
     "Shot",
-    "aluminium",
     "answering",
+    "critical",
     "in_words",
     "limit_in_latex",
     "limit_in_words",
@@ -51,18 +56,10 @@ __all__ = [
     "range_in_words",
     "shot_from",
     "shot_of",
+    "target_of",
+    "unmeasured",
 ]
 
-# Quantities that laws predict and no run measures, with their titles: listed and drawn by docs/pages/laws.py alone.
-UNMEASURED: Mapping[str, str] = {
-    "spall_thickness": "Plate thickness below which the back face spalls",
-    "detached_spall_thickness": "Plate thickness below which spall detaches",
-    "perforation_thickness": "Plate thickness below which a plate is perforated",
-    "plate_critical_diameter": "Projectile diameter above which a plate is perforated",
-    "critical_diameter": "Projectile diameter above which a Whipple shield fails",
-}
-# What laws predict of an outcome that a run measures as 1 or 0: the projectile's diameter from which on it is 1.
-CRITICAL: Mapping[str, str] = {"wall_perforated": "critical_diameter"}
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
@@ -92,10 +89,9 @@ class LawValue:
     @property
     def status(self) -> RangeStatus:
         """How the answer stands to the range."""
-        codes = {reason.code for reason in self.reasons}
-        if Code.FITTED in codes:
+        if any(reason.code is Code.FITTED for reason in self.reasons):
             return RangeStatus.FITTED
-        if codes & {Code.TARGET_FAMILY, Code.WALL_FAMILY}:
+        if any(reason.code.is_other_material for reason in self.reasons):
             return RangeStatus.OTHER_MATERIAL
         if math.isnan(self.value):
             return RangeStatus.NO_ANSWER
@@ -117,7 +113,7 @@ class Law:
 
     name: str
     title: str
-    quantity: str  # "hole_diameter": a measurement, or one of UNMEASURED
+    quantity: str  # "hole_diameter": a measurement, or what ``predicted`` lists
     equation: str  # as published, with its units
     latex: str = ""  # the same for pages, formulas between dollar signs; empty: the equation as it is
     source: str
@@ -133,7 +129,7 @@ class Law:
     size_exponent: Dimensionless | None = 1.0
     largest_obliquity: Radian = 0.0  # 0: for normal impact
     # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant: a number.
-    ratio: Callable[[Shot, str], Any]
+    ratio: "Callable[[Shot, str], float | NDArray]"
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], Reason | None] = lambda shot, variant: None  # why it has no answer
     # For laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing.
@@ -175,13 +171,13 @@ class Law:
         reason = DRAWN_ONLY.get(self.confidence)
         return f"drawn only ({reason})" if reason else "verdict"
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """The law as plain values, for a catalogue."""
         plain = {name: getattr(self, name) for name in DESCRIBED}
         return {**plain, "range": [_plain(limit) for limit in self.range.every]}
 
 
-def _plain(limit: Limit) -> dict[str, Any]:
+def _plain(limit: Limit) -> dict[str, Plain]:
     """A limit as plain values, for a catalogue; None for a bound that is none."""
     return {
         "words": limit_in_words(limit),

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Self
 
 from studies.laws._shot import Shot
 
@@ -14,30 +15,51 @@ ROUND_OFF = 1e-9  # relative: a speed of exactly the limit, reached through a un
 SPEED, THICKNESS_RATIO = "v", "t/d"  # symbols of numbers between bounds
 
 
-class Code(StrEnum):
+class RangeCode(StrEnum):
+    """A kind of limits and of reasons, with their words; features add members in enumerations of their own."""
+
+    limit: str  # words of a limit; empty where there is none of the kind
+    reason: str  # words of the reason why a shot is outside, or the law has no answer
+    is_other_material: bool  # whether the law is for another material than a target's
+
+    def __new__(cls, value: str, limit: str = "", reason: str = "", is_other_material: bool = False) -> Self:
+        """A member: its value, and its words as format strings (``_words``)."""
+        member = str.__new__(cls, value)
+        member._value_, member.limit, member.reason = value, limit, reason
+        member.is_other_material = is_other_material
+        return member
+
+
+class Code(RangeCode):
     """Kinds of limits, and of reasons why a law is outside of them or has no answer."""
 
-    BETWEEN = "between"  # a number of the shot between two bounds
-    LIKE_ON_LIKE = "like_on_like"  # projectile and target of one family of materials
-    TARGET_FAMILY = "target_family"
-    WALL_FAMILY = "wall_family"  # of what stands behind a bumper
-    MATERIALS = "materials"  # those of the shots of a fit
-    PLATE = "plate"  # a target with a back face
-    SHIELD = "shield"
-    TWO_WALLS = "two_walls"
-    THREE_WALLS = "three_walls"
-    PROJECTILE_DENSITY = "projectile_density"
-    WIDER_THAN_PROJECTILE = "wider_than_projectile"  # speeds at which the hole is wider than the projectile
-    STATED = "stated"  # what a source says of its shots, which no shot is checked against
+    BETWEEN = "between"  # a number of the shot between two bounds, which has words of its own
+    LIKE_ON_LIKE = (  # projectile and target of one family of materials
+        "like_on_like",
+        "like on like",
+        "{found[projectile]} on {found[target]} is not like on like",
+    )
+    TARGET_FAMILY = "target_family", "{first} target", "calibrated on {first}, {others}", True
+    MATERIALS = "materials", "{names}", "{found[projectile]} on {found[target]} is not {names}"  # those of a fit
+    PLATE = "plate", "a plate with a back face", "the target is no plate with a back face"
+    WIDER_THAN_PROJECTILE = (  # speeds at which the hole is wider than the projectile
+        "wider_than_projectile",
+        "{first}, where D/d >= 1",
+        "{symbol} = {value:.3g}{unit} is below {low:.3g}{unit}, where D/d falls below 1",
+    )
+    STATED = "stated", "{first}"  # what a source says of its shots, which no shot is checked against
     # Of reasons alone.
-    OBLIQUITY = "obliquity"
-    NARROWER_THAN_PROJECTILE = "narrower_than_projectile"
-    NO_HARDNESS = "no_hardness"  # the target states no Brinell hardness
-    NO_YIELD_STRESS = "no_yield_stress"  # the wall states none
-    NO_VARIANT = "no_variant"  # the target does not state the constant of this variant
-    NO_VALUE = "no_value"  # the form of a fit has none here
-    NO_SHOT = "no_shot"  # the run describes none
-    FITTED = "fitted"  # a constant of the law is fitted to the shot
+    OBLIQUITY = "obliquity", "", "for {largest}, the shot is {value:.3g}{unit} oblique"
+    NARROWER_THAN_PROJECTILE = (
+        "narrower_than_projectile",
+        "",
+        "D/d = {value:.3g} is narrower than the projectile: no physical meaning for this shot",
+    )
+    NO_HARDNESS = "no_hardness", "", "the material {found[target]} states no Brinell hardness"
+    NO_VARIANT = "no_variant", "", "{first} is not stated for this material"  # the constant of a variant
+    NO_VALUE = "no_value", "", "the form has no value here"  # of a fit
+    NO_SHOT = "no_shot", "", "this run does not describe one shot, or has not ended"
+    FITTED = "fitted", "", "a constant of the law is fitted to this shot"
 
 
 class RangeStatus(StrEnum):
@@ -45,7 +67,7 @@ class RangeStatus(StrEnum):
 
     INSIDE = "inside"
     OUTSIDE_RANGE = "outside_range"
-    OTHER_MATERIAL = "other_material"  # the law is for another material than the target's or a wall's
+    OTHER_MATERIAL = "other_material"  # the law is for another material than that of the target, or a part of it
     NO_ANSWER = "no_answer"
     FITTED = "fitted"
 
@@ -54,7 +76,7 @@ class RangeStatus(StrEnum):
 class Reason:
     """Why a shot is outside of a limit, or a law has no answer for it."""
 
-    code: Code
+    code: RangeCode
     symbol: str = ""  # of the number that is outside: "v"
     value: float = math.nan  # of the shot, in ``unit``; NaN where it is not defined
     low: float = -math.inf
@@ -69,7 +91,7 @@ class Reason:
 class Limit:
     """One limit of a law's range."""
 
-    code: Code
+    code: RangeCode
     source: str  # where the limit is stated, or NOT_FOUND
     symbol: str = ""  # of a number between bounds
     low: float = -math.inf  # inclusive, in ``unit``; an infinite bound is none

@@ -14,38 +14,6 @@ UNITS: Mapping[str, tuple[str, float]] = {
 }
 # Symbols of limits in LaTeX, where it is another text.
 LATEX: Mapping[str, str] = {"rho_p/rho_t": r"\rho_p/\rho_t", "projectile L/d": r"\text{projectile } L/d"}
-LIMITS: Mapping[Code, str] = {
-    Code.LIKE_ON_LIKE: "like on like",
-    Code.TARGET_FAMILY: "{first} target",
-    Code.WALL_FAMILY: "wall of {first}",
-    Code.MATERIALS: "{names}",
-    Code.PLATE: "a plate with a back face",
-    Code.SHIELD: "a Whipple shield",
-    Code.PROJECTILE_DENSITY: "projectile no denser than aluminium ({high:g}{unit})",
-    Code.WIDER_THAN_PROJECTILE: "{first}, where D/d >= 1",
-    Code.STATED: "{first}",
-}
-REASONS: Mapping[Code, str] = {
-    Code.LIKE_ON_LIKE: "{found[projectile]} on {found[target]} is not like on like",
-    Code.TARGET_FAMILY: "calibrated on {first}, {others}",
-    Code.WALL_FAMILY: "calibrated on {first}, {others}",
-    Code.MATERIALS: "{found[projectile]} on {found[target]} is not {names}",
-    Code.PLATE: "the target is no plate with a back face",
-    Code.SHIELD: "the target is no Whipple shield",
-    Code.TWO_WALLS: "the equation is for two walls, the shield has a second bumper",
-    Code.THREE_WALLS: "the target is no shield of two bumpers and a wall",
-    Code.PROJECTILE_DENSITY: "{symbol} = {value:.3g}{unit} is above {high:g}{unit}, that of aluminium",
-    Code.WIDER_THAN_PROJECTILE: "{symbol} = {value:.3g}{unit} is below {low:.3g}{unit}, where D/d falls below 1",
-    Code.OBLIQUITY: "for {largest}, the shot is {value:.3g}{unit} oblique",
-    Code.NARROWER_THAN_PROJECTILE: "D/d = {value:.3g} is narrower than the projectile: no physical meaning for this "
-    "shot",
-    Code.NO_HARDNESS: "the material {found[target]} states no Brinell hardness",
-    Code.NO_YIELD_STRESS: "the material of the wall states no yield stress",
-    Code.NO_VARIANT: "{first} is not stated for this material",
-    Code.NO_VALUE: "the form has no value here",
-    Code.NO_SHOT: "this run does not describe one shot, or has not ended",
-    Code.FITTED: "a constant of the law is fitted to this shot",
-}
 
 
 def range_in_words(limits: Range) -> str:
@@ -59,7 +27,7 @@ def limit_in_words(limit: Limit) -> str:
     if limit.code is Code.BETWEEN:
         return _interval(limit)
     unit, size = UNITS[limit.unit]
-    return LIMITS[limit.code].format(**_names(limit.names), high=limit.high / size, unit=unit)
+    return limit.code.limit.format(**_names(limit.names), high=limit.high / size, unit=unit)
 
 
 def limit_in_latex(limit: Limit) -> str:
@@ -72,7 +40,7 @@ def limit_in_latex(limit: Limit) -> str:
 
 def in_words(reasons: Iterable[Reason]) -> str:
     """Why an answer is outside of the range, or there is none; empty without a reason."""
-    return "; ".join(f"{_reason(each)} ({each.source})" if each.source else _reason(each) for each in reasons)
+    return "; ".join(f"{_reason(reason)} ({reason.source})" if reason.source else _reason(reason) for reason in reasons)
 
 
 def _with_source(limit: Limit) -> str:
@@ -94,13 +62,13 @@ def _bounded(limit: Limit, symbol: str, at_most: str, at_least: str) -> str:
 
 def _reason(reason: Reason) -> str:
     unit, size = UNITS[reason.unit]
-    value, low, high = (each / size for each in (reason.value, reason.low, reason.high))
+    value, low, high = (number / size for number in (reason.value, reason.low, reason.high))
     if reason.code is Code.BETWEEN:
         if not math.isfinite(value):
             return f"{reason.symbol} is not defined for this shot"
         side, bound = ("below", low) if value < low else ("above", high)
         return f"{reason.symbol} = {value:.3g}{unit} is {side} {bound:g}{unit}"
-    return REASONS[reason.code].format(
+    return reason.code.reason.format(
         **_names(reason.names),
         found=reason.found,
         others=", ".join(f"the {role} is {material}" for role, material in reason.found.items()),

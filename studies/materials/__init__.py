@@ -23,11 +23,11 @@ from typing import Any
 
 from solver.registry import points
 from studies.materials.reader import read_document, read_toml
-from studies.materials.schema import CONFIDENCES, Material, Model, simulated
+from studies.materials.schema import CONFIDENCES, Material, Model
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import join
 
-__all__ = ["CONFIDENCES", "Material", "Model", "load", "names", "read_own", "simulated"]
+__all__ = ["CONFIDENCES", "Material", "Model", "load", "names", "read_own"]
 
 
 def names() -> list[str]:

@@ -6,7 +6,7 @@ its source and how sure that is; ``None`` where a material goes without (it neve
 """
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from types import MappingProxyType
@@ -392,10 +392,6 @@ NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
-# Sections whose constants act where a chosen model takes them.
-OF_MODELS = ("tension", "fracture", "spall")
-# Read by measurements of some scenarios alone.
-MEASURED_WITH = ("tension.fracture_toughness", "tension.surface_tension")
 
 
 def acting_eos(kind: str, form: str = "") -> Any:
@@ -405,27 +401,7 @@ def acting_eos(kind: str, form: str = "") -> Any:
     return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), own)
 
 
-def _idle(kind: str, form: str = "") -> tuple[str, ...]:
+def _idle(kind: str) -> tuple[str, ...]:
     """Constants of a material that its equation of state does not take."""
-    taken = {mark.path for mark in marked(acting_eos(kind, form).record, FromMaterial).values()}
+    taken = {mark.path for mark in marked(acting_eos(kind).record, FromMaterial).values()}
     return () if STIFFNESS in taken else (STIFFNESS,)
-
-
-def simulated(
-    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = "", chosen: Sequence[type] = ()
-) -> dict[str, Any]:
-    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with.
-
-    ``chosen`` are the records of the models that a run chooses beside those of the material: tension and failure.
-    """
-    kept = {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
-    kind = resolved["eos"]["kind"]
-    strength = models("strength")[resolved["strength"]["kind"]].record
-    records = (acting_eos(kind, eos_form).record, strength, *chosen)
-    taken = {mark.path for record in records for mark in marked(record, FromMaterial).values()}
-    of_models = {f"{section}.{name}" for section in OF_MODELS for name in resolved.get(section, ())}
-    idle = {*_idle(kind, eos_form), *MEASURED_WITH, *of_models} - taken - set(measured_with)
-    for path in idle:
-        section, _, name = path.partition(".")
-        kept[section] = {key: value for key, value in kept[section].items() if key != name}
-    return {key: value for key, value in kept.items() if value != {}}

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from studies.observations.shields.judged import Share
+from studies.outcomes.found import Share
 from studies.reports.records import Place
 from studies.reports.section import Part, Section, Source
 

@@ -10,17 +10,15 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables
-from studies.cubes.points import Place, axes_of, by_run, main_quantities, places_of, simulated_values
+from studies.cubes.points import Place, axes_of, main_quantities, places_of, simulated_values
 from studies.cubes.reading import flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
-from studies.observations.shields.drawn import failures_found
-from studies.observations.shields.judged import Share
+from studies.outcomes.found import Share, found_at
 from studies.outcomes.section import ComputedWay, Outcomes, QuantityOutcomes, ShotOutcome
 from studies.quantities.measured import doubting_flags
 from studies.reports.section import Part, Source
 from studies.reports.wording import text_template, worded
 
-WALL = "wall_perforated"
 # Axes that choose how a shot is computed, and not which: where their values disagree its outcome is open.
 OF_MODEL = ("geometry", "method", "recipe", "failure", "tension", "shape", "contact", "rubble_friction")
 MOST_STRETCHES = 4  # of an axis with one outcome each, that a headline lists
@@ -40,26 +38,11 @@ def outcomes_part(source: Source) -> Part | None:
 def outcomes_of(points: xr.Dataset) -> list[QuantityOutcomes]:
     """Outcomes of the points of a cube. Points that differ in the way in which they are computed are one shot."""
     return [
-        QuantityOutcomes(name, (no, yes), name == WALL and "failure" in points, tuple(_shots(points, name)))
+        QuantityOutcomes(name, (no, yes), found_at(points, name) is not None, tuple(_shots(points, name)))
         for name in main_quantities(points)
         if OUTCOMES in points[name].attrs
         for no, yes in [points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)]
     ]
-
-
-def failures_found_at(points: xr.Dataset) -> list[Share | None]:
-    """Of the perforated walls those that simulations like each point perforate; None where none was simulated so."""
-    if "failure" not in points or "speed" not in points:
-        return [None] * points.run_state.size
-    found = zip(by_run(points, "failure"), normal_speeds(points), strict=True)
-    return [failures_found(str(failure), speed) for failure, speed in found]
-
-
-def normal_speeds(points: xr.Dataset) -> list[float]:
-    """The component of the velocity along the normal at each point, m/s."""
-    speeds = by_run(points, "speed")
-    lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(speeds))
-    return [float(each) for each in speeds * lean]
 
 
 def _shots(points: xr.Dataset, name: str) -> Iterator[ShotOutcome]:
@@ -80,7 +63,7 @@ def _computed(points: xr.Dataset, name: str) -> Iterator[ComputedWay | None]:
     refined = variables.VERDICT_REASON.is_in(points, name)
     grids = variables.VERDICT_REASON.of(points, name).values.ravel() if refined else [""] * len(values)
     ended = np.isfinite(values) | (variables.RUN_STATE.of(points).values.ravel() == 0)
-    founds = failures_found_at(points) if name == WALL else [None] * len(values)
+    founds = found_at(points, name) or [None] * len(values)
     columns = zip(places_of(points), values, flags, grids, ended, founds, strict=True)
     for place, value, flagged, told, has_run, found in columns:
         says = None if math.isnan(value) else bool(value > 0.5)

@@ -29,16 +29,8 @@ from studies.scenarios.parts.matter import (
     failures,
     matter,
 )
-from studies.scenarios.parts.method import (
-    REPULSION,
-    MethodChoice,
-    among,
-    check_method,
-    is_coupled,
-    is_on_grid,
-    is_smoothed,
-)
-from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes
+from studies.scenarios.parts.method import REPULSION, MethodChoice, among, check_method, is_coupled, is_smoothed
+from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes, softens
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
 if TYPE_CHECKING:
@@ -110,7 +102,7 @@ class PluggingNumerics(Numerics):
     """Numerics of two bodies that touch."""
 
     # Splines feel the other body two cells early: docs/recipe.md.
-    shape: Annotated[str, Choice(shapes), Described("shape functions", acts=is_on_grid)] = "gimp"
+    shape: Annotated[str | None, Choice(shapes), Described("shape functions")] = "gimp"
     particles_per_cell: Annotated[
         int | None, Described("particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6)
     ] = None
@@ -124,7 +116,7 @@ class PluggingNumerics(Numerics):
         ),
     ] = None  # type: ignore[assignment]  # which follows from the method
 
-    def filled_for(self, method: MethodChoice) -> Self:
+    def filled_for(self, materials: Materials, method: MethodChoice) -> Self:
         """With the particles, the contact and the viscosity of a method.
 
         Monaghan's linear viscosity of 1 resists shear as matter with a viscosity of rho c h / 10 does: at 1 mm by 120
@@ -137,7 +129,7 @@ class PluggingNumerics(Numerics):
             particles_per_cell=self.particles_per_cell or (1 if smoothed else 2),
             contact=self.contact or ("repulsion" if smoothed else "gap"),
         )
-        return chosen.filled()
+        return chosen.filled(materials).acting(method=method)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,8 +141,7 @@ class CoupledMethod(MethodChoice):
         among("mpm", "sph", "sph-fem"),
         Described(
             "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
-            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
-            neutral=True,
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions"
         ),
     ] = "mpm"
 
@@ -264,7 +255,9 @@ class Plugging(SetUp):
             plate_radius=round_quantity(self.radius),
             end_time=round_quantity(self.end),
             nose_length=round_quantity(self.length_of_nose) if self.nose == "conical" else self.nose_length,
-            numerics=self.numerics.filled_for(self.method),
+            thermal_softening=softens(self.thermal_softening, materials.values()),
+            method=self.method.filled(),
+            numerics=self.numerics.filled_for(materials, self.method),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
@@ -347,8 +340,8 @@ class Plugging(SetUp):
             gap=self.gap,
         )
 
-    @classmethod
-    def view(cls, setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
+    @staticmethod
+    def view(setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
         from studies.plugs.plug import view
 
         return view(setting, snapshot)

@@ -6,7 +6,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from itertools import islice
+from types import MappingProxyType
 from typing import ParamSpec, TypeVar
 
 from solver.errors import WhippleError
@@ -42,13 +44,21 @@ class Doubt:
 class InvalidInput(WhippleError):
     """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
 
-    ``more`` is the number of errors that a response has left out.
+    ``more`` is the number of errors that a response has left out; ``pointers`` are JSON pointers to the fields in a
+    document, where there is one.
     """
 
-    def __init__(self, findings: Iterable[Finding], *, more: int = 0):
+    def __init__(
+        self, findings: Iterable[Finding], *, more: int = 0, pointers: Mapping[str, str] = MappingProxyType({})
+    ):
         self.findings = tuple(islice(findings, MOST_FINDINGS))
         self.more = more
+        self.pointers = pointers
         super().__init__("\n".join(str(finding) for finding in self.findings))
+
+    def __reduce__(self) -> tuple["partial[InvalidInput]", tuple[tuple[Finding, ...]]]:
+        """As an error goes from one process to another."""
+        return partial(type(self), more=self.more, pointers=dict(self.pointers)), (self.findings,)
 
 
 class Findings(list[Finding]):

@@ -21,18 +21,14 @@ COARSER_THAN_FRAGMENTS = "coarser_than_fragments"
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS, COARSER_THAN_FRAGMENTS)
 # Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
 ERROR_UNKNOWN = "error_unknown"
-# Of results of earlier versions: fewer cells through the plate than a hole takes, and the part of its uncertainty for
-# that, in place of which the mesh error is known now. It doubts no value either.
-FEW_CELLS_THROUGH, CELLS_THROUGH = "few_cells_through", "cells_through"
-NO_DOUBT = (ERROR_UNKNOWN, FEW_CELLS_THROUGH)
-BY_ONE_GRID = (MESH_DETERMINED, *NO_DOUBT)  # flags that enough grids take away
+BY_ONE_GRID = (MESH_DETERMINED, ERROR_UNKNOWN)  # flags that enough grids take away
 # The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
 LOST_PARTICLES = "lost_particles"
 
 # Part of the uncertainty where the mesh error is known from experience: half-width of 95 % of what is left of it.
 MESH = "mesh"
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
-OF_MESH = (SUB_CELL, CELLS_THROUGH, MESH)  # parts that offsets and resolutions show themselves
+OF_MESH = (SUB_CELL, MESH)  # parts that offsets and resolutions show themselves
 # Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has
 # a second. It stands beside the numerical uncertainty, which is what converges and what tests of coverage are about.
 DEFINITION = "definition"

@@ -4,15 +4,17 @@ A record is a frozen dataclass whose fields are annotated with a unit alias, ``s
 ``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
 meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
 model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold
-other records: at the door their fields stand beside its own (``flat``, ``nested``).
+other records, and lists of them (``Places``): at the door their fields stand beside its own (``flat``, ``nested``).
 """
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass
+from datetime import date
 from functools import cache
+from itertools import zip_longest
 from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
@@ -27,6 +29,8 @@ from studies.quantities.units import (
 )
 
 Value = float | int | bool | str | None
+# What JSON and YAML hold; a date is of YAML alone.
+Plain: TypeAlias = "Value | date | Sequence[Plain] | Mapping[str, Plain]"
 Record = TypeVar("Record")
 ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
@@ -52,6 +56,23 @@ class Choice:
     """Marks a text that is one of the names that a function lists, such as the entries of a registry."""
 
     names: Callable[[], Iterable[str]]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Marks a tuple of records by the names of their places, such as "bumper_2".
+
+    At the door a field has the name of its place before its own ("bumper_2_thickness"), and ``head`` that name alone;
+    "{place}" in its meaning is filled in.
+    """
+
+    names: tuple[str, ...]
+    head: str
+
+    def door(self, record: type) -> Iterator[tuple[str, dict[str, str]]]:
+        """The name of each place, and at the door those of the fields there."""
+        for place in self.names:
+            yield place, {name: place if name == self.head else f"{place}_{name}" for name in declared(record)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,8 +119,20 @@ def declared(record: type) -> Mapping[str, Parameter]:
         defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
     parameters: dict[str, Parameter] = {}
     for name, default in defaults.items():
-        parameters |= declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
+        if name in _lists(record):
+            parameters |= dict(_declared_at(*_lists(record)[name]))
+        else:
+            parameters |= declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
     return MappingProxyType(parameters)
+
+
+def _declared_at(places: Places, record: type) -> Iterator[tuple[str, Parameter]]:
+    """The parameters of the records of a list, each at its place."""
+    for place, names in places.door(record):
+        for field, name in names.items():
+            inner = declared(record)[field]
+            meaning = inner.meaning.format(place=place.replace("_", " "))
+            yield name, dataclasses.replace(inner, name=name, meaning=meaning)
 
 
 def grouped(record: type) -> Mapping[str, tuple[str, ...]]:
@@ -114,17 +147,23 @@ def grouped(record: type) -> Mapping[str, tuple[str, ...]]:
 def marks(record: type, kind: type) -> Mapping[str, Any]:
     """The mark of a kind of each parameter that carries one."""
     inside = [marks(part, kind) for part in _parts(record).values()]
+    for places, part in _lists(record).values():
+        of_part = marks(part, kind)
+        inside += [{names[field]: mark for field, mark in of_part.items()} for _, names in places.door(part)]
     return {name: mark for each in (marked(record, kind), *inside) for name, mark in each.items()}
 
 
 def flat(record: Any) -> dict[str, Any]:
-    """The values of a record by name, those of the records inside it in their places."""
+    """The values of a record by name, those of the records inside it in their places; None where a list has none."""
     kind: type = type(record)
-    parts, values = _parts(kind), dict[str, Any]()
-    if not parts:
-        return dict(vars(record))
+    parts, lists, values = _parts(kind), _lists(kind), dict[str, Any]()
     for name, value in vars(record).items():
-        values |= flat(value) if name in parts else {name: value}
+        if name in lists:
+            places, part = lists[name]
+            for (_, names), inner in zip_longest(places.door(part), value):
+                values |= {door: getattr(inner, field, None) for field, door in names.items()}
+        else:
+            values |= flat(value) if name in parts else {name: value}
     return values
 
 
@@ -132,11 +171,22 @@ def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
     """A record from its ``flat`` values; what is left out has its default. TypeError for a name that it has not."""
     own, parts = dict(values), _parts(record)  # type: ignore[arg-type]
     inside = {name: {n: own.pop(n) for n in declared(part) if n in own} for name, part in parts.items()}
-    return record(**own, **{name: nested(part, inside[name]) for name, part in parts.items()})
+    lists: dict[str, Any] = {name: _listed(*part, own) for name, part in _lists(record).items()}  # type: ignore[arg-type]
+    return record(**own, **lists, **{name: nested(part, inside[name]) for name, part in parts.items()})
+
+
+def _listed(places: Places, record: type[Record], values: dict[str, Any]) -> tuple[Record, ...]:
+    """The records of a list, of values that are taken out; the last one has some."""
+    given = [
+        {field: value for field, name in names.items() if (value := values.pop(name, None)) is not None}
+        for _, names in places.door(record)
+    ]
+    count = max((number for number, own in enumerate(given, 1) if own), default=0)
+    return tuple(record(**own) for own in given[:count])
 
 
 def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si: bool = False) -> dict[str, Value]:
-    """All parameters of a record, checked, in SI, defaults filled in.
+    """All parameters of a record, checked, in SI, defaults filled in also where null is written.
 
     ``path`` goes before each field name in a finding; with ``si`` a bare number on a field with a unit is taken as SI
     (a value that was parsed before). Raises InvalidInput with every finding.
@@ -145,9 +195,9 @@ def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si
     findings = Findings()
     values = parse_values(parameters, raw, path, findings, si=si)
     for parameter in parameters.values():
-        if parameter.name not in raw:
-            if parameter.required:
-                findings.append(missing(parameter, path))
+        if parameter.name not in raw and parameter.required:
+            findings.append(missing(parameter, path))
+        if raw.get(parameter.name) is None and not parameter.required:
             values[parameter.name] = _rounded(parameter.default)
     findings.check()
     return {name: values[name] for name in parameters}
@@ -215,6 +265,13 @@ def _rounded(value: Any) -> Any:
 def _parts(record: Any) -> Mapping[str, Any]:
     """The records inside a record, by field."""
     return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
+
+
+@cache
+def _lists(record: Any) -> Mapping[str, tuple[Places, type]]:
+    """The lists of records inside a record, by field: their places, and the record of each."""
+    hints = get_type_hints(record)
+    return {name: (places, get_args(hints[name])[0]) for name, places in marked(record, Places).items()}
 
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:

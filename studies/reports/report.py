@@ -23,7 +23,7 @@ from studies.reports.section import Source, sections
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-REPORT_VERSION = 16
+REPORT_VERSION = 1
 NOTHING = "No run has a value."
 
 

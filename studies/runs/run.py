@@ -1,8 +1,9 @@
 """A run: one point of a sweep, its identity, and its cost.
 
-The identity of a run is its content: the fully resolved problem (every default filled in, every quantity rounded to 12
-significant digits) and ``PHYSICS_VERSION``. Equal content is the same run. ``studies.runs.execution``
-computes it; this module loads no solver.
+The identity of a run is its content: all of its filled parameters, at 12 significant digits, the constants of its
+materials in place of their names, and ``PHYSICS_VERSION``. A parameter that does not act beside the others is None, as
+is one that another distribution added since: it is no part of it. ``studies.runs.execution`` computes a run; this
+module loads no solver.
 """
 
 import hashlib
@@ -10,23 +11,19 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
 from solver.registry import entries
-from solver.units import Described
 from studies import scenarios
 from studies.convergence.experience import MeshError, MeshGrid, mesh_error
-from studies.materials import Material, load, simulated
+from studies.materials import Material, load
+from studies.materials.schema import NOT_SIMULATED
 from studies.quantities.findings import Finding, InvalidInput
-from studies.quantities.parameters import declared, flat, marks, parse_parameters
+from studies.quantities.parameters import Value, flat, parse_parameters
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials
-
-# Parameters that choose a model, which takes constants of the materials, and the registry of each.
-CHOSEN_MODELS = {"tension": ("solver.matter.tension", "TENSION"), "failure": ("solver.matter.failure", "FAILURE")}
 
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 # Of any run, 2 000 runs on 4 cells per diameter, 2026-11-24: 330 core seconds, of which 28 were particle-steps. The
@@ -56,28 +53,22 @@ class Run:
     """A resolved point of a sweep; everything in SI."""
 
     scenario: str
-    parameters: Mapping[str, float | str | int | bool | None]
+    parameters: Mapping[str, Value]  # filled; None where one does not act
     materials: Mapping[str, Mapping[str, Any]]  # resolved, by the parameter that names them
 
     @cached_property
     def id(self) -> str:
         """Content hash, 32 hexadecimal digits."""
-        content = json.dumps(self._content(), sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return hashlib.sha256(content.encode()).hexdigest()[:32]
-
-    @property
-    def idle(self) -> set[str]:
-        """The parameters that do not act beside the others or on its materials."""
-        record = SimpleNamespace(**{**self._defaults, **self.parameters}, materials=self.materials)
-        return {name for name, mark in self._described.items() if mark.acts and not mark.acts(record)}
-
-    @property
-    def _described(self) -> Mapping[str, Described]:
-        return marks(scenarios.load(self.scenario).parameters, Described)
-
-    @cached_property
-    def _defaults(self) -> dict[str, Any]:
-        return {name: each.default for name, each in declared(scenarios.load(self.scenario).parameters).items()}
+        acting = {
+            name: value for name, value in self.parameters.items() if value is not None and name not in self.materials
+        }
+        constants = {
+            role: {name: value for name, value in material.items() if name not in NOT_SIMULATED}
+            for role, material in self.materials.items()
+        }
+        content = {"physics": PHYSICS_VERSION, "scenario": self.scenario, "parameters": acting, "materials": constants}
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
 
     @property
     def mesh_grids(self) -> dict[str, MeshGrid]:
@@ -102,29 +93,6 @@ class Run:
     def from_json(plain: Mapping[str, Any]) -> "Run":
         """The run that ``as_json`` wrote."""
         return Run(plain["scenario"], plain["parameters"], plain["materials"])
-
-    def _content(self) -> dict[str, Any]:
-        chosen, defaults = scenarios.load(self.scenario), self._defaults
-        names = self.idle.union(
-            chosen.materials, chosen.unused
-        )  # the values that materials name are content themselves
-        for name, mark in self._described.items():
-            if mark.label or (mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]):
-                names.add(name)
-        eos_form = str(self.parameters.get("eos_form", ""))
-        models = [
-            entries(*registry)[name].record
-            for parameter, registry in CHOSEN_MODELS.items()
-            if parameter not in names and (name := str(self.parameters.get(parameter))) in entries(*registry)
-        ]
-        return {
-            "physics": PHYSICS_VERSION,
-            "scenario": self.scenario if chosen.revision == 1 else f"{self.scenario}/{chosen.revision}",
-            "parameters": {k: v for k, v in self.parameters.items() if k not in names},
-            "materials": {
-                role: simulated(plain, chosen.measured_with, eos_form, models) for role, plain in self.materials.items()
-            },
-        }
 
 
 def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Run:
@@ -162,10 +130,10 @@ def estimate(run: Run) -> Estimate:
     chosen = scenarios.load(run.scenario)
     size = chosen.record(run.parameters).size(materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"
-    shape = entries("solver.grid.shapes", "SHAPE")[str(run.parameters["shape"])]
-    cost = shape.flat_cost if flat else shape.box_cost
-    if run.parameters.get("method", "mpm") != "mpm":
-        cost = SMOOTHED_COST
+    cost = SMOOTHED_COST
+    if run.parameters.get("method", "mpm") == "mpm":
+        shape = entries("solver.grid.shapes", "SHAPE")[str(run.parameters["shape"])]
+        cost = shape.flat_cost if flat else shape.box_cost
     return Estimate(
         particles=size.particles,
         steps=size.steps,

@@ -11,20 +11,18 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
-from solver.units import Described
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
-from studies.quantities.parameters import declared, describe, flat, marks, nested
+from studies.quantities.parameters import declared, describe, flat, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
     from solver.problem import Problem
     from solver.simulation import Outcome
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
 
@@ -73,16 +71,22 @@ class SetUp(ABC):
 
     # Each measurement whose mesh error experience may tell, with the quantity of the ensemble that tells it.
     experienced: ClassVar[Mapping[str, str]] = {}
-    # The module below ``studies.measurements`` whose ``view`` its measurements read.
-    viewed_by: ClassVar[str]
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
-        """The same parameters with the defaults that follow from others, at 12 significant digits."""
+        """The same parameters with the defaults that follow from others, at 12 significant digits.
+
+        One that does not act beside the others is None.
+        """
 
     @abstractmethod
     def check(self, materials: Materials) -> list[Finding]:
         """Findings of several parameters together."""
+
+    @staticmethod
+    def lacking(values: Mapping[str, Any]) -> Collection[str]:
+        """The parameters that name the material of a body which runs with these values by name do not have."""
+        return ()
 
     @staticmethod
     def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
@@ -105,10 +109,10 @@ class SetUp(ABC):
     def rate(self, setting: Any) -> ObservationRate:
         """How often the built problem is observed."""
 
-    @classmethod
-    def view(cls, setting: Any, snapshot: Any) -> Any:
-        """A state as the measurements see it."""
-        return import_module(f"studies.measurements.{cls.viewed_by}").view(setting, snapshot)
+    @staticmethod
+    @abstractmethod
+    def view(setting: Any, snapshot: "Snapshot") -> Any:
+        """A state as the measurements see it; the module that makes it loads the solver."""
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:
@@ -174,12 +178,7 @@ class Scenario:
     asked_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
     accurate: tuple[str, ...] = ()  # the measurements whose mesh error an accuracy is about
-    # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
-    measured_with: tuple[str, ...] = ()
-    # Of its parameters those that its runs do not use: they are no part of a run's identity.
-    unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs
-    revision: int = 1  # part of a run's identity: higher where its runs, and no others, have other numbers than before
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 
@@ -189,9 +188,8 @@ class Scenario:
 
     def roles(self, values: Mapping[str, Any]) -> tuple[str, ...]:
         """The parameters that name a material of a run with these values by name, defaults filled in."""
-        acts = {name: mark.acts for name, mark in marks(self.parameters, Described).items() if mark.acts}
-        record = SimpleNamespace(**values)
-        return tuple(name for name in self.materials if name not in acts or acts[name](record))
+        lacking = self.parameters.lacking(values)
+        return tuple(name for name in self.materials if name not in lacking)
 
     def measured(self, roles: Collection[str]) -> tuple[str, ...]:
         """The measurements of a run, or of a sweep, whose bodies have these roles."""

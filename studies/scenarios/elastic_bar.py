@@ -15,7 +15,7 @@ from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, B
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, among, check_method
-from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics
 
 if TYPE_CHECKING:
     from solver.matter.laws import Matter
@@ -37,8 +37,7 @@ class BarMethod(MethodChoice):
         Described(
             "material points on a grid (mpm), smoothed particles (sph), hexahedra (fem), or hexahedra in the half away "
             "from the wall, coupled to smoothed particles in the other one (sph-fem); the latter three in three "
-            "dimensions, particles with a symmetric wall, and hexahedra with a square section",
-            neutral=True,
+            "dimensions, particles with a symmetric wall, and hexahedra with a square section"
         ),
     ] = "mpm"
 
@@ -118,7 +117,8 @@ class ElasticBar(BarSetUp):
             self,
             end_time=round_quantity(self.end_time or TRANSITS * self.transit),
             loading=self.loading.filled(),
-            numerics=numerics.filled(few=is_solid, method=self.method),
+            method=self.method.filled(),
+            numerics=numerics.filled(materials, few=is_solid, method=self.method, unused=(*OF_TWO_BODIES, "tension")),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
@@ -183,6 +183,4 @@ SCENARIO = Scenario(
         "middle_peak_velocity",
         "middle_peak_stress",
     ),
-    # One body that bears any tension.
-    unused=("contact", "friction", "tension"),
 )

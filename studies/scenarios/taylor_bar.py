@@ -23,7 +23,7 @@ from studies.scenarios.parts.matter import (
     matter,
     yield_stress,
 )
-from studies.scenarios.parts.numerics import Numerics, ThermalSoftening
+from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics, ThermalSoftening, softens
 
 if TYPE_CHECKING:
     from studies.materials import Material
@@ -96,7 +96,7 @@ class TaylorBar(BarSetUp):
     eos_form: Annotated[
         str,
         Choice(eos_forms),
-        Described("the material's own equation of state, the thesis' cubic form, or linear elasticity", neutral=True),
+        Described("the material's own equation of state, the thesis' cubic form, or linear elasticity"),
     ] = HUGONIOT
     reference_length: Annotated[Metre | None, Described("final length to compare with", 1e-5, 1.0)] = None
     reference_diameter: Annotated[Metre | None, Described("mushroom diameter to compare with", 1e-5, 1.0)] = None
@@ -111,7 +111,8 @@ class TaylorBar(BarSetUp):
             self,
             end_time=round_quantity(self.end_time or END_PER_LENGTH * self.bar_length),
             loading=self.loading.filled(),
-            numerics=self.numerics.filled(),
+            thermal_softening=softens(self.thermal_softening, materials.values()),
+            numerics=self.numerics.filled(materials, unused=OF_TWO_BODIES),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
@@ -185,7 +186,6 @@ SCENARIO = Scenario(
     materials=("bar",),
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),
     asked_by={"taylor_error": ("reference_length", "reference_diameter", "reference_width")},
-    unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
     accurate=SIZES,
 )

@@ -9,9 +9,7 @@ from solver.units import Described, Metre
 from studies.quantities.findings import Finding
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
-from studies.scenarios.parts.matter import Fracture
-from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 
@@ -31,7 +29,7 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickPlate(SettlingImpact):
+class ThickPlate(ImpactSetUp):
     """Parameters of a crater."""
 
     experienced = MappingProxyType(
@@ -39,8 +37,6 @@ class ThickPlate(SettlingImpact):
     )
 
     shot: ImpactShot
-    fracture: Fracture
-    numerics: Numerics
     settling: Settling
     angles: Angles
     target_depth: Annotated[Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)] = (
@@ -51,28 +47,25 @@ class ThickPlate(SettlingImpact):
         Described("radius of a round block, half the width of a square one; by default 10 diameters", 1e-5, 10.0),
     ] = None
 
+    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
+
     @property
     def impact(self) -> Impact:
         assert self.target_depth is not None
         assert self.target_radius is not None
-        records = self.shot, self.fracture, self.numerics, self.angles
-        return Impact(*records, thickness=self.target_depth, radius=self.target_radius, deep=True)
+        return Impact(self, thickness=self.target_depth, radius=self.target_radius, deep=True)
 
     def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
         return replace(
-            self,
-            fracture=self.fracture.filled(materials),
-            shot=self.shot.filled(self.numerics, end_time=CAP_PER_DIAMETER * diameter),
-            numerics=self.numerics.filled(few=self.shot.geometry != "axisymmetric"),
+            self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter),
             settling=self.settling.filled(diameter),
             target_depth=round_quantity(self.target_depth or DEPTH * diameter),
             target_radius=round_quantity(self.target_radius or RADIUS * diameter),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        diameter = self.shot.projectile_diameter
-        findings = [*self.impact.check(materials), *self.settling.check(diameter), *self.angles.check(self.shot)]
+        findings, diameter = super().check(materials), self.shot.projectile_diameter
         least, cure = 1.0, "enlarge the block, or use thin_plate"
         if self.shot.edges == "absorbing":
             least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"

@@ -3,18 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
-from solver.units import Described, Radian
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
-from studies.scenarios.parts.matter import Fracture
-from studies.scenarios.parts.method import ParticleMethod, check_method, is_on_grid
-from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
+from studies.scenarios.parts.method import ParticleMethod, is_on_grid
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import STEEPEST, Angles, ImpactShot, Plate, Settling
+from studies.scenarios.parts.shot import Angles, ImpactShot, Plate, Settling
 
 # The cap scales with the diameter, as everything does in a rate-independent material. 60 us at 8 mm: prototypes of
 # copper plates crept for 30 us and longer on coarse grids.
@@ -22,55 +19,36 @@ CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlateAngles(Angles):
-    """Directions of flight and axis."""
-
-    # Part of the identity of stored runs, at 0 too.
-    obliquity: Annotated[
-        Radian, Described("angle between the flight and the plate's normal; needs geometry half", 0.0, STEEPEST)
-    ] = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class ThinPlate(SettlingImpact):
+class ThinPlate(ImpactSetUp):
     """Parameters of a perforation."""
 
     experienced = MappingProxyType({name: name for name in ("hole_diameter", "hole_diameter_areal")})
 
     shot: ImpactShot
-    fracture: Fracture
-    numerics: Numerics
     settling: Settling
-    angles: PlateAngles
+    angles: Angles
     plate: Plate
     method: ParticleMethod
+
+    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
 
     @property
     def impact(self) -> Impact:
         """The projectile in front of the plate."""
-        thickness, radius = self.plate.plate_thickness, self.plate.radius
-        records = self.shot, self.fracture, self.numerics, self.angles, self.method
-        return Impact(*records, thickness=thickness, radius=radius)
+        return Impact(self, thickness=self.plate.plate_thickness, radius=self.plate.radius)
 
     def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
+        failure = DEFAULT_FAILURE if is_on_grid(self.method) else NO_FAILURE
         return replace(
-            self,
-            fracture=self.fracture.filled(materials, DEFAULT_FAILURE if is_on_grid(self.method) else NO_FAILURE),
-            shot=self.shot.filled(self.numerics, self.method, end_time=CAP_PER_DIAMETER * diameter),
-            numerics=self.numerics.filled(few=self.shot.geometry != "axisymmetric", method=self.method),
+            self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter, failure=failure),
             settling=self.settling.filled(diameter),
             plate=self.plate.filled(diameter),
+            method=self.method.filled(),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        return [
-            *check_method(self),
-            *self.impact.check(materials),
-            *self.settling.check(self.shot.projectile_diameter),
-            *self.angles.check(self.shot),
-            *self.plate.check(self.shot),
-        ]
+        return [*super().check(materials), *self.plate.check(self.shot)]
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

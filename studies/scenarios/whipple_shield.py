@@ -24,24 +24,24 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
-from studies.quantities.parameters import MaterialName
+from studies.quantities.parameters import MaterialName, flat
 from studies.quantities.units import readable, round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
+from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
 from studies.scenarios.parts.impact import Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
-from studies.scenarios.parts.matter import Fracture
-from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Projectile, Settling, ShotOptions
+from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
 
 if TYPE_CHECKING:
     from solver.grid.flight import Flight
     from solver.problem import Problem
     from solver.simulation import Outcome
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.measurements.shield import ShieldView
 
 # Of the impact speed: what its own pressure may still add to the speed of a piece that leaves the bumper's grid. It
 # turns a path by 0.02 rad, which is 2 mm in a flight of 100 mm: the thickness of a wall.
@@ -83,7 +83,7 @@ class BumperStage:
     """The end of a bumper's stage, and the flight from there; masses in kg (per radian in axisymmetry)."""
 
     bumper: Any  # studies.measurements.impact.view.ImpactView
-    cloud: Any  # studies.measurements.cloud.CloudView
+    cloud: Any  # studies.measurements.impact.cloud.CloudView
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
@@ -110,17 +110,11 @@ class Sheet:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sheets(Projectile):
-    """A projectile, and the materials of a shield."""
+class ShotAtShield(Shot):
+    """A shot at a shield."""
 
     bumper: Annotated[MaterialName, Described("material of the bumper")]
     wall: Annotated[MaterialName, Described("material of the wall")]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShotAtShield(ShotOptions, Sheets):
-    """A shot at a shield."""
-
     edges: Annotated[
         Literal["fixed", "free"],
         Described("what holds the rims of bumpers and wall; debris that flies past them leaves the grid"),
@@ -258,12 +252,9 @@ def _ways(layers: list[tuple[str, float, float]]) -> list[float]:
 class WhippleShield(ImpactSetUp):
     """Parameters of a shield."""
 
-    viewed_by = "shield"
     experienced = MappingProxyType({"bumper_hole_diameter": "hole_diameter"})
 
     shot: ShotAtShield
-    fracture: Fracture
-    numerics: Numerics
     settling: Settling
     angles: Angles
     walls: Walls
@@ -274,11 +265,9 @@ class WhippleShield(ImpactSetUp):
         """The projectile in front of the first bumper, on a grid that ends before that of the next sheet."""
         assert self.walls.bumper_radius is not None
         assert self.shot.downrange is not None
+        shot = replace(self.shot, downrange=min(self.shot.downrange, self._room(0)))
         return Impact(
-            replace(self.shot, downrange=min(self.shot.downrange, self._room(0))),
-            self.fracture,
-            self.numerics,
-            self.angles,
+            replace(self, shot=shot),
             thickness=self.walls.bumper_thickness,
             radius=self.walls.bumper_radius,
             target="bumper",
@@ -297,8 +286,9 @@ class WhippleShield(ImpactSetUp):
             end_time=self.walls.wall_time,
             downrange=min(self.shot.downrange, self._room(number)),
         )
+        parameters = replace(self, shot=shot, angles=UPRIGHT)
         return replace(
-            self.impact, shot=shot, angles=UPRIGHT, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name
+            self.impact, parameters=parameters, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name
         )
 
     @property
@@ -331,7 +321,12 @@ class WhippleShield(ImpactSetUp):
 
     @property
     def _layers(self) -> list[tuple[str, float, float]]:
-        return _layers({**vars(self.walls), **vars(self.further)})
+        return _layers({**vars(self.walls), **flat(self.further)})
+
+    @staticmethod
+    def lacking(values: Mapping[str, Any]) -> tuple[str, ...]:
+        """The bumpers that have no thickness, and those behind them."""
+        return BUMPERS[len(_layers(values)) :]
 
     def _before(self, sheet: Sheet) -> float:
         """Grid in front of a sheet behind the first at most, in projectile diameters: that of ``Impact.grid``."""
@@ -348,27 +343,20 @@ class WhippleShield(ImpactSetUp):
         return sheets[number].stand_off / self.shot.projectile_diameter - self._before(sheets[number + 1])
 
     def filled(self, materials: Materials) -> Self:
-        diameter, numerics = self.shot.projectile_diameter, self.numerics
+        diameter = self.shot.projectile_diameter
         return replace(
-            self,
             # Of matter that never breaks; void-growth tells more shots right (docs/pages/simulated_shields.py).
-            fracture=self.fracture.filled(materials, NO_FAILURE),
-            shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
-            numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),
+            self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter, failure=NO_FAILURE),
             settling=self.settling.filled(diameter),
             walls=self.walls.filled(self.shot, self.angles.obliquity, _ways(self._layers)[-1]),
+            further=self.further.filled(),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
         findings = [*self.further.check()] or [*self._refused()]
         if findings:
             return findings
-        return [
-            *self.impact.check(materials),
-            *self.settling.check(self.shot.projectile_diameter),
-            *self.angles.check(self.shot),
-            *self.walls.check(self.shot),
-        ]
+        return [*super().check(materials), *self.walls.check(self.shot)]
 
     def _refused(self) -> Iterator[Finding]:
         """What stages cannot compute, by name."""
@@ -395,6 +383,12 @@ class WhippleShield(ImpactSetUp):
             slowest=SLOWEST * normal_speed,
             momentum=float(projectile.mass.sum()) * normal_speed,
         )
+
+    @staticmethod
+    def view(setting: ShieldSetting, snapshot: "Snapshot") -> "ShieldView":
+        from studies.measurements.shield import view
+
+        return view(setting, snapshot)
 
     def _settles(self, number: int) -> tuple[str, ...]:
         """What the stage of a sheet waits for."""
@@ -459,9 +453,6 @@ class WhippleShield(ImpactSetUp):
             books=flight.books,
             **self.numerics.arguments(),
         )
-
-    def rate(self, setting: Any) -> ObservationRate:
-        return self.settling.rate
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""
@@ -549,7 +540,6 @@ SCENARIO = Scenario(
     of_role={f"{name}_hole_diameter": name for name in BUMPERS[1:]},
     settles=("bumper_hole_diameter", "wall_perforated", "wall_bulge"),
     accurate=("bumper_hole_diameter",),
-    revision=2,  # the stage of a bumper ends when what flies on has come off it
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )

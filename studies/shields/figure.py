@@ -7,23 +7,24 @@ from dataclasses import replace
 import xarray as xr
 
 from studies import laws
+from studies.answers.picture import SPEED, curves_of
 from studies.cubes.points import Place
-from studies.laws import Shot
-from studies.observations.shields.shots import published
 from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
 from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
 from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.wording import in_words, text_template
-from studies.shields.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
-from studies.shields.limit import DIAMETER, name_of, shots_at
+from studies.shields.curves import LIKE, like_shields, outcomes_of
+from studies.shields.limit import name_of, shots_at
 from studies.shields.section import ShieldLimit
+from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
+from studies.shields.shots.table import published
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
 
 
 def shield_figure(
-    dataset: xr.Dataset, limits: Sequence[ShieldLimit], every: Sequence[tuple[Place, Shot]]
+    dataset: xr.Dataset, limits: Sequence[ShieldLimit], every: Sequence[tuple[Place, ShotAtShield]]
 ) -> Iterator[Figure]:
     """The critical diameter over the speed, a panel for each shield."""
     shields: dict[tuple[float | str, ...], list[ShieldLimit]] = {}
@@ -36,15 +37,15 @@ def shield_figure(
         title="Ballistic limit of the shield: diameter of the projectile against speed",
         caption=_caption(len(shields) > len(shown), [shot for shot in shots if shot]),
         x=SPEED,
-        y=Scale(DIAMETER, "diameter of the projectile", "m"),
+        y=Scale(CRITICAL_DIAMETER, "diameter of the projectile", "m"),
         panels=tuple(_panel(dataset, each, shot) for each, shot in zip(shown, shots, strict=True)),
     )
 
 
-def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None) -> Panel:
+def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: ShotAtShield | None) -> Panel:
     at = limits[0].at
-    names = {law.title: name_of(law.name, law.title) for law in laws.answering(DIAMETER)}
-    curves = [replace(each, label=names[each.label]) for each in curves_of(DIAMETER, shot)] if shot else []
+    names = {law.title: name_of(law.name, law.title) for law in laws.answering(CRITICAL_DIAMETER)}
+    curves = [replace(each, label=names[each.label]) for each in curves_of(CRITICAL_DIAMETER, shot)] if shot else []
     series = [*curves, *outcomes_of(like_shields(shot))] if shot else []
     known = [(limit.speed, limit.lower, limit.upper) for limit in limits if limit.lower and limit.upper]
     if known:
@@ -62,8 +63,8 @@ def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None
     return Panel(title_of(dataset, at), at, tuple(series))
 
 
-def _caption(is_cut: bool, shots: Sequence[Shot]) -> str:
-    stresses = [shot.shield.wall_yield_stress for shot in shots if shot.shield]
+def _caption(is_cut: bool, shots: Sequence[ShotAtShield]) -> str:
+    stresses = [shot.shield.wall_yield_stress for shot in shots]
     known = dict.fromkeys("unknown" if math.isnan(each) else readable(each, "Pa") for each in stresses)
     sentences = [
         "Squares: runs, filled where the wall is perforated. A bar reaches from the largest projectile that is held to "

@@ -12,25 +12,25 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, places_of, plain, simulated_values
 from studies.cubes.variable import variable_name
-from studies.laws import CRITICAL, DRAWN_ONLY, Shot
-from studies.observations.shields.answers import SHORT
-from studies.outcomes.shots import WALL, failures_found_at, normal_speeds
+from studies.laws import DRAWN_ONLY
+from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import doubting_flags
 from studies.reports.evidence import LawAnswers, answers_of
 from studies.reports.judgement import beginning
 from studies.reports.records import Outcome
 from studies.shields.section import Equation, Incomparable, ShieldLimit, WallRun
+from studies.shields.shield import CRITICAL_DIAMETER, WALL_PERFORATED, ShotAtShield
+from studies.shields.shots.answers import SHORT
+from studies.shields.shots.drawn import failures_found
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
 
-DIAMETER = CRITICAL[WALL]
-
 
 def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     """The limits of a cube of shields, by the other axes and the speed; none where it has no wall, or no equation."""
-    if DIAMETER not in reading.critical_of(points) or WALL not in reading.quantities_of(points):
+    if CRITICAL_DIAMETER not in reading.critical_of(points) or WALL_PERFORATED not in reading.quantities_of(points):
         return ()
     runs, places, speeds = _wall_runs(points), places_of(points), by_run(points, "speed")
     others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
@@ -38,8 +38,9 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     for cell, place in enumerate(places):
         if math.isfinite(runs[cell].diameter):
             groups.setdefault((tuple(place[axis] for axis in others), float(speeds[cell])), []).append(cell)
-    laws, normal, found = list(answers_of(points, DIAMETER)), normal_speeds(points), failures_found_at(points)
-    mixed = bool(reading.mixed_versions(points, WALL))
+    laws, normal = list(answers_of(points, CRITICAL_DIAMETER)), normal_speeds(points)
+    found = failures_found_at(points) or [None] * len(normal)
+    mixed = bool(reading.mixed_versions(points, WALL_PERFORATED))
     limits = []
     for (values, speed), cells in sorted(groups.items(), key=lambda group: group[0][1]):
         mine = sorted(cells, key=lambda cell: runs[cell].diameter)
@@ -65,27 +66,46 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     return tuple(limits)
 
 
-def shots_of(dataset: xr.Dataset) -> list[tuple[Place, Shot]]:
-    """The shots of a sweep with the values of its axes; none of a sweep of another version."""
+def failures_found_at(points: xr.Dataset) -> list[Share | None] | None:
+    """Of the perforated walls those that simulations like each point perforate; None of a cube without failures.
+
+    At a point it is None where no shots were simulated like it.
+    """
+    if "failure" not in points:
+        return None
+    found = zip(by_run(points, "failure"), normal_speeds(points), strict=True)
+    return [failures_found(str(failure), speed) for failure, speed in found]
+
+
+def normal_speeds(points: xr.Dataset) -> list[float]:
+    """The component of the velocity along the normal at each point, m/s."""
+    speeds = by_run(points, "speed")
+    lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(speeds))
+    return [float(each) for each in speeds * lean]
+
+
+def shots_of(dataset: xr.Dataset) -> list[tuple[Place, ShotAtShield]]:
+    """The shots at shields of a sweep with the values of its axes; none of a sweep of another version."""
     with suppress(InvalidInput):
         sweep = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)
         places = ({variable_name(name): plain(value) for name, value in at.items()} for at in sweep.coordinates())
-        return list(zip(places, sweep.shots(), strict=True))
+        shots = zip(places, sweep.shots(), strict=True)
+        return [(place, shot) for place, shot in shots if isinstance(shot, ShotAtShield)]
     return []
 
 
-def shots_at(shots: Sequence[tuple[Place, Shot]], at: Place) -> list[Shot]:
+def shots_at(shots: Sequence[tuple[Place, ShotAtShield]], at: Place) -> list[ShotAtShield]:
     """The shots at values of axes."""
     return [shot for place, shot in shots if all(place[name] == value for name, value in at.items())]
 
 
 def _wall_runs(points: xr.Dataset) -> list[WallRun]:
     """What happened at each point; undecided where its grids leave it open, or no run of it has an outcome."""
-    outcomes = simulated_values(points, WALL).ravel()
-    refined = cubes.VERDICT_REASON.is_in(points, WALL)
-    grids = cubes.VERDICT_REASON.of(points, WALL).values.ravel() if refined else [""] * outcomes.size
+    outcomes = simulated_values(points, WALL_PERFORATED).ravel()
+    refined = cubes.VERDICT_REASON.is_in(points, WALL_PERFORATED)
+    grids = cubes.VERDICT_REASON.of(points, WALL_PERFORATED).values.ravel() if refined else [""] * outcomes.size
     states = cubes.RUN_STATE.of(points).values.ravel()
-    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), list(reading.doubts_at(points, WALL))
+    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), list(reading.doubts_at(points, WALL_PERFORATED))
     runs = []
     for place, outcome in enumerate(outcomes):
         says = bool(outcome > 0.5) if math.isfinite(outcome) else None

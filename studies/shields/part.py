@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from studies.cubes.points import Place, axes_of, refinements_of
-from studies.laws import Shot
-from studies.observations.shields import answers
 from studies.outcomes.shots import OF_MODEL
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
@@ -16,6 +14,8 @@ from studies.shields.figure import shield_figure
 from studies.shields.limit import shield_limits, shots_at, shots_of
 from studies.shields.probability import shot_of, with_chances
 from studies.shields.section import BallisticLimit, Beside, Equation, JustSafe, OrderedShots, ShieldLimit, WallRun
+from studies.shields.shield import ShotAtShield
+from studies.shields.shots import answers
 
 NEAREST = 3  # published shots
 NAMED = 2  # equations of a headline
@@ -42,14 +42,14 @@ def part_of(source: Source) -> Part | None:
 # ---- published shots and the inverse -------------------------------------------------------------
 
 
-def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, Shot]]) -> Beside | None:
+def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, ShotAtShield]]) -> Beside | None:
     """Shots beside that which opens the report; None where the sweep has no such shot."""
     limit, diameter = opening.limit, opening.diameter
     shot = shot_of(shots_at(shots, limit.at), limit.speed, diameter)
     if shot is None:
         return None
     answer, like = answers.answer(shot), like_shields(shot)
-    is_like = shot.shield is not None and not shot.shield.further_bumpers  # all published shots have one bumper
+    is_like = not shot.shield.further_bumpers  # all published shots have one bumper
     ordered = (answer.easier, answer.harder) if is_like else ()
     easier, harder = [OrderedShots(each.shots, each.contrary) for each in ordered] or [OrderedShots(0, 0)] * 2
     failed = sum(each.is_perforated for each in like)

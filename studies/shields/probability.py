@@ -8,13 +8,13 @@ import xarray as xr
 
 from studies.cubes.points import Place, by_run, is_same, places_of, plain, refinements_of
 from studies.cubes.variables import EQUIVALENT_DIAMETER
-from studies.laws import Shot
-from studies.observations.shields.drawn import SimulationKind
-from studies.observations.shields.joined import Joint, Simulated, cells_across, cells_through, joint
-from studies.observations.shields.outside import outside_of_shots
-from studies.observations.shields.probability import Probability, probability
 from studies.quantities.numerical_defaults import RECIPES
 from studies.shields.section import Apart, NotJoined, ShieldLimit, WallChance, WallRun
+from studies.shields.shield import ShotAtShield
+from studies.shields.shots.chance import Probability, probability
+from studies.shields.shots.drawn import SimulationKind
+from studies.shields.shots.joined import Joint, Simulated, cells_across, cells_through, joint
+from studies.shields.shots.outside import outside_of_shots
 
 ROUNDED = 1e-6  # relative: of a number of cells, or a size
 # How the simulated shots were computed: by one recipe, and all cells by the rule.
@@ -32,7 +32,7 @@ RunSettings = Mapping[str, float | str]
 
 
 def with_chances(
-    dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit], shots: Sequence[tuple[Place, Shot]]
+    dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit], shots: Sequence[tuple[Place, ShotAtShield]]
 ) -> tuple[ShieldLimit, ...]:
     """Limits whose runs have a probability; none outside of all shots, and where no equation covers a run."""
     axes, has_grids = [*limits[0].at], CELLS[0] in refinements_of(dataset)
@@ -45,7 +45,7 @@ def with_chances(
         for cell, (place, size) in enumerate(zip(places_of(points), sizes, strict=True))
     }
 
-    of_shield: dict[tuple[float | str, ...], list[Shot]] = {}
+    of_shield: dict[tuple[float | str, ...], list[ShotAtShield]] = {}
     for place, shot in shots:
         of_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
 
@@ -59,7 +59,9 @@ def with_chances(
     return tuple(replace(limit, runs=tuple(chanced(limit, run) for run in limit.runs)) for limit in limits)
 
 
-def shot_of(shots: Sequence[Shot], speed: float, diameter: float, *, is_sphere: bool = True) -> Shot | None:
+def shot_of(
+    shots: Sequence[ShotAtShield], speed: float, diameter: float, *, is_sphere: bool = True
+) -> ShotAtShield | None:
     """The shot of a run; None where a search tried a cylinder that no shot of the sweep is of."""
     for shot in shots:
         if is_same(shot.speed, speed, ROUNDED) and is_same(shot.projectile_diameter, diameter, ROUNDED):
@@ -67,7 +69,7 @@ def shot_of(shots: Sequence[Shot], speed: float, diameter: float, *, is_sphere: 
     return replace(shots[0], speed=speed, projectile_diameter=diameter) if shots and is_sphere else None
 
 
-def _with_chance(run: WallRun, shot: Shot, settings: RunSettings, has_grids: bool) -> WallRun:
+def _with_chance(run: WallRun, shot: ShotAtShield, settings: RunSettings, has_grids: bool) -> WallRun:
     before = probability(shot)
     if before is None:
         return replace(run, outside=next(outside_of_shots(shot), ""))
@@ -82,7 +84,7 @@ def _chance(probability: Probability) -> WallChance:
     return WallChance(probability.value, probability.low, probability.high)
 
 
-def _apart(constants: Joint | None, shot: Shot, settings: RunSettings) -> NotJoined | None:
+def _apart(constants: Joint | None, shot: ShotAtShield, settings: RunSettings) -> NotJoined | None:
     """Why no simulated shots are like a run, or why they say nothing."""
     if constants is None:
         return NotJoined(Apart.NO_SUCH_SHOTS, "failure", settings["failure"])
@@ -93,7 +95,6 @@ def _apart(constants: Joint | None, shot: Shot, settings: RunSettings) -> NotJoi
     for name, calibrated in CALIBRATED.items():
         if settings[name] != calibrated:
             return NotJoined(Apart.SETTING, name, settings[name])
-    assert shot.shield is not None
     across = cells_across(shot.projectile_diameter, shot.shield.bumper_thickness)
     through = cells_through(shot.shield.wall_thickness, shot.projectile_diameter, across)
     for name, least, reason in zip(CELLS, (across, through), (Apart.CELLS_ACROSS, Apart.CELLS_THROUGH), strict=True):

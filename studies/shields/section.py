@@ -6,11 +6,19 @@ Diameters are those of the sphere with the projectile's volume, as the equations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
-from studies.observations.shields.judged import Share
-from studies.observations.shields.shots import NearShot
+from studies.laws import Shot
+from studies.outcomes.found import FailuresFound, Share, Shares
 from studies.reports.records import Outcome, Place
 from studies.reports.section import Part, Section, Source
+from studies.shields.shield import WALL_PERFORATED, ShotAtShield
+from studies.shields.shots.table import NearShot
+from studies.sweeps.guides import Guide
+from studies.sweeps.search import Chance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Incomparable(StrEnum):
@@ -115,7 +123,7 @@ class JustSafe:
     risk: float | None
     law: str | None
     value: float | None  # m
-    reason: str | None  # why there is none: a word of studies.observations.shields.inverse.NoSize
+    reason: str | None  # why there is none: a word of studies.shields.shots.inverse.NoSize
 
 
 @dataclass(frozen=True)
@@ -159,3 +167,19 @@ SECTION = Section(
     "studies.shields:appendix.html",
     rank=10,
 )
+
+
+def _found_at(points: "xr.Dataset") -> Shares | None:
+    from studies.shields.limit import failures_found_at
+
+    return failures_found_at(points)
+
+
+def _chance(shot: Shot) -> Chance | None:
+    from studies.shields.shots.chance import chance_of_diameter
+
+    return chance_of_diameter(shot) if isinstance(shot, ShotAtShield) else None
+
+
+GUIDE = Guide("shields", WALL_PERFORATED, "projectile_diameter", _chance)
+FOUND = FailuresFound(WALL_PERFORATED, _found_at)

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from studies.laws import target_of
 from studies.scenarios.parts.bumpers import LIST
 
 ALWAYS = "speed"  # every shot has one, and no sweep has it as a key
@@ -22,8 +23,6 @@ def as_sweep(document: Mapping[str, Any], keys: Collection[str]) -> Mapping[str,
     shot = {name: value for name, value in document.items() if name not in keys}
     axes = {name: value for name, value in shot.items() if isinstance(value, list | Mapping) and name != LIST}
     axes = axes or {ALWAYS: [shot[ALWAYS]]}
-    shield = {"bumper", "bumper_thickness", "stand_off", "wall", "wall_thickness"} & {*shot}
-    scenario = "whipple_shield" if shield else "thin_plate" if "plate_thickness" in shot else "thick_plate"
     fixed = {name: value for name, value in shot.items() if name not in axes}
     rest = {name: value for name, value in document.items() if name in keys}
-    return {"scenario": scenario, "fixed": fixed, "axes": axes, **rest}
+    return {"scenario": target_of(shot).scenario, "fixed": fixed, "axes": axes, **rest}

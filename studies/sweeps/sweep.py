@@ -1,7 +1,6 @@
 """A sweep: a scenario, fixed parameters, axes to vary; checked, canonical, expanded into runs."""
 
 import itertools
-import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -20,10 +19,11 @@ from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.parameters import LongText, Value, declared, marks
 from studies.quantities.units import round_quantity
 from studies.runs import run
-from studies.sweeps.accuracy import cells_of, in_percent
+from studies.sweeps.accuracy import cells_of
 from studies.sweeps.axes import Axis
+from studies.sweeps.grid import Grid, Place, product
+from studies.sweeps.guides import guide_of
 from studies.sweeps.reading import (
-    ACCEPTED,
     END,
     MOST_PARTICLES,
     OFFSET,
@@ -36,6 +36,7 @@ from studies.sweeps.reading import (
 )
 from studies.sweeps.sampling import Sampling
 from studies.sweeps.search import Chance, LimitOutcome, SearchedLimit, replay
+from studies.sweeps.written import document_of
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -113,17 +114,15 @@ class Sweep:
         both = (Axis(RESOLUTION, "1", self.resolutions), Axis(OFFSET, "1", positions))
         return tuple(axis for axis in both if len(axis.values) > 1)
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The number of values on each axis (grid), or of points (else); then on each refinement."""
-        lengths = tuple(len(axis.values) for axis in self.axes)
-        lengths = lengths if self.combine == "grid" else lengths[:1]
-        return lengths + tuple(len(axis.values) for axis in self.refinements)
+    @cached_property
+    def grid(self) -> Grid:
+        """The places of its runs."""
+        return Grid(self.axes, self.combine, self.refinements)
 
     @property
     def size(self) -> int:
         """The number of runs."""
-        return math.prod(self.shape)
+        return self.grid.size
 
     @property
     def searched(self) -> Axis | None:
@@ -156,14 +155,14 @@ class Sweep:
                     self._chance(at),
                 ),
             )
-            for _, at in _product(others)
+            for _, at in product(others)
         ]
 
     def _agreed(
         self, outcome_of: "Callable[[run.Run], LimitOutcome | str]", at: Mapping[str, Value]
     ) -> "LimitOutcome | str":
         """The outcome of all runs of a point; None where they disagree, and the state of one that has not ended."""
-        said = [outcome_of(self._run({**at, **refined})) for _, refined in _product(self.refinements)]
+        said = [outcome_of(self._run({**at, **refined})) for _, refined in product(self.refinements)]
         unfinished = next((each for each in said if isinstance(each, str)), None)
         return unfinished or (said[0] if len({*said}) == 1 else None)
 
@@ -180,30 +179,7 @@ class Sweep:
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
-        terms = vocabulary(self.scenario, self.roles(), self.materials)
-        document: dict[str, Any] = {
-            "name": self.name,
-            "title": self.title,
-            "scenario": self.scenario,
-            "fixed": {name: written(value, terms.parameters[name].unit) for name, value in self.fixed.items()},
-            "axes": {axis.name: _written_axis(axis) for axis in self.axes},
-            "combine": self.combine,
-            "points": self.sampling.points if self.sampling else None,
-            "seed": self.sampling.seed if self.sampling else None,
-            "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
-            "offsets": self.offsets if self.offsets > 1 else None,
-            "accuracy": None if self.accuracy is None else in_percent(self.accuracy),
-            "cells": None if self.accuracy is None else [*self._every_cells()],
-            "materials": {name: each.document() for name, each in self.materials.items()},
-            "observations": [each.document(terms) for each in self.observations],
-            "laws": [each.document() for each in self.laws],
-            "model_part": None if self.model_part == "stored" else self.model_part,
-            "ends": [
-                {name: written(value, terms.parameters[name].unit) for name, value in {**at, END: end}.items()}
-                for at, end in self.ends
-            ],
-        }
-        return {key: value for key, value in document.items() if value not in (None, {}, [])}
+        return document_of(self, vocabulary(self.scenario, self.roles(), self.materials), self._every_cells())
 
     def runs(self) -> list[Point]:
         """All runs, the last axis fastest; raises InvalidInput naming the refused points."""
@@ -251,7 +227,7 @@ class Sweep:
     def of_point(self, at: Mapping[str, Value]) -> "Sweep":
         """The sweep of a single run of this one, by its coordinates (SI): the same run, and nothing beside it."""
         axes = (*self.axes, *self.refinements)
-        end, cells = self._own_ends.get(self._key(at)), self._cells_at(at)
+        end, cells = self._own_ends.get(self.grid.key(at)), self._cells_at(at)
         return replace(
             self,
             fixed={**self.fixed, **({} if end is None else {END: end})},
@@ -266,27 +242,6 @@ class Sweep:
             model_part="none",
             ends=(),
         )
-
-    def with_values(self, name: str, added: Sequence[Any]) -> "Sweep":
-        """The sweep with further values on an axis, or further resolutions; raises InvalidInput.
-
-        Values that ascend still do.
-        """
-        document = self.document()
-        document.pop("cells", None)  # of other points
-        if name == RESOLUTION and self.resolutions:
-            document["resolution"] = [*self.resolutions, *added]
-            return Sweep.parse(document, ACCEPTED)
-        axis = next((axis for axis in self.axes if axis.name == name), None)
-        if axis is None or self.combine != "grid" or axis.search:
-            limit = "an axis with values of its own, of a sweep with combine: grid"
-            raise refusal("axis", name, limit, "submit another sweep")
-        document["axes"] = {**document["axes"], name: [*document["axes"][name], *added]}
-        longer = Sweep.parse(document, ACCEPTED)
-        if list(axis.values) != sorted(axis.values, key=_by_size):
-            return longer
-        axes = (replace(a, values=tuple(sorted(a.values, key=_by_size))) if a.name == name else a for a in longer.axes)
-        return replace(longer, axes=tuple(axes))
 
     def each_constants(self, most: int) -> Iterator[tuple[dict[str, Value], dict[str, Material]]]:
         """Parameters and materials by role of points that differ in constants; of more than so many, of some.
@@ -337,26 +292,10 @@ class Sweep:
         """
         from studies.sweeps.screening import screens_of
 
-        middle = self._middle()
         finest = {axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION}
         first = {axis.name: axis.values[0] for axis in self.refinements if axis.name == OFFSET}
-        chosen = self._run({**middle, **finest, **first})
+        chosen = self._run({**self.grid.middle, **finest, **first})
         return chosen, list(screens_of(chosen, self.materials.values()))
-
-    def _middle(self) -> dict[str, Value]:
-        """The values of the axes in the middle of the sweep; sampled, those of the point nearest to it."""
-        if self.sampling is None:
-            # Of a zip the values of one place belong together, too.
-            return {axis.name: axis.values[len(axis.values) // 2] for axis in self.axes}
-
-        def distance(at: Mapping[str, Value]) -> float:
-            return sum(
-                ((float(at[axis.name] or 0.0) - low) / (high - low) - 0.5) ** 2
-                for axis in self.axes
-                for low, high in [axis.bounds or (0.0, 1.0)]
-            )
-
-        return min(self.coordinates(), key=distance)
 
     def every_run(self, most: int | None = None) -> Iterator[Point]:
         """The runs of all points (of ``most``, drawn evenly), and those that screen its models.
@@ -405,21 +344,15 @@ class Sweep:
             raise ValueError(f"{self.name}: no accuracy can set its resolution")
         return replace(self, resolutions=(), offsets=1, accuracy=error, cells=())
 
-    def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+    def _places(self) -> Iterator[Place]:
         """Index and coordinates of every run."""
         for place, at in self._points():
-            for step, refined in _product(self.refinements):
+            for step, refined in product(self.refinements):
                 yield place + step, at | refined
 
-    def _points(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
-        """Index and coordinates of every point, before it is refined."""
-        if self.combine == "grid":
-            for place, at in _product(self.axes):
-                yield place, self._started(at)
-            return
-        names = [axis.name for axis in self.axes]
-        for number, values in enumerate(zip(*(axis.values for axis in self.axes), strict=True)):
-            yield (number,), dict(zip(names, values, strict=True))
+    def _points(self) -> Iterator[Place]:
+        """Index and coordinates of every point, before it is refined; of a guided search with the value to start at."""
+        return ((place, self._started(at)) for place, at in self.grid.points)
 
     def _started(self, at: dict[str, Value]) -> dict[str, Value]:
         """The values of a point; of a guided search the one with which it starts there."""
@@ -436,17 +369,13 @@ class Sweep:
             yield from ({**at, axis.name: end} for end in (axis.search.low, axis.search.high))
 
     def _chance(self, at: Mapping[str, Value]) -> "Chance | None":
-        """The chance that a searched limit lies below a value, by equations and shots; None where it is not known."""
-        from studies.laws import CRITICAL
-        from studies.observations.shields.probability import chance_of_diameter
-
+        """The chance that a searched limit lies below a value; None where nothing tells it."""
         axis = self.searched
         assert axis is not None
         assert axis.search is not None
-        if axis.search.until is None or axis.name != "projectile_diameter" or axis.search.quantity not in CRITICAL:
-            return None
-        shot = self._shot({**at, axis.name: axis.values[0]})
-        return chance_of_diameter(shot) if shot is not None and shot.shield is not None else None
+        guide = None if axis.search.until is None else guide_of(axis.search.quantity, axis.name)
+        shot = guide and self._shot({**at, axis.name: axis.values[0]})
+        return guide.chance(shot) if guide and shot else None
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
         values, cells = self._values(coordinates), self._cells_at(coordinates)
@@ -459,7 +388,7 @@ class Sweep:
     def _values(self, coordinates: Mapping[str, Value]) -> dict[str, Value]:
         """The values of a point, but for its cells."""
         values = {**self.fixed, **coordinates}
-        end = self._own_ends.get(self._key(coordinates))
+        end = self._own_ends.get(self.grid.key(coordinates))
         return values if end is None else {**values, END: end}
 
     def _resolved(self, values: Mapping[str, Value]) -> "tuple[run.Run, dict[str, Material]]":
@@ -471,7 +400,7 @@ class Sweep:
         """The cells of a point: the one resolution, or what the accuracy asks for; None where they are coordinates."""
         if self.accuracy is None:
             return self.resolutions[0] if len(self.resolutions) == 1 else None
-        key = self._grid_key(coordinates)
+        key = self.grid.key_of_cells(coordinates)
         if key not in self._chosen:
             axis = self.searched
             ends = (axis.search.low, axis.search.high) if axis is not None and axis.search is not None else ()
@@ -484,33 +413,21 @@ class Sweep:
 
     @cached_property
     def _chosen(self) -> dict[tuple[Value, ...], float]:
-        """The cells of points by ``_grid_key``, as far as they are known."""
-        stored = zip(self._grid_points(), self.cells, strict=True) if self.cells else ()
-        return {self._grid_key(at): cells for at, cells in stored if cells is not None}
+        """The cells of points by ``Grid.key_of_cells``, as far as they are known."""
+        stored = zip(self.grid.of_cells, self.cells, strict=True) if self.cells else ()
+        return {self.grid.key_of_cells(at): cells for at, cells in stored if cells is not None}
 
     def _every_cells(self) -> Iterator[float | None]:
         """What the accuracy chooses for each point; None where it cannot be had, which ``runs`` refuses."""
-        for at in self._grid_points():
+        for at in self.grid.of_cells:
             try:
                 yield self._cells_at(at)
             except InvalidInput:
                 yield None
 
-    def _grid_points(self) -> Iterator[dict[str, Value]]:
-        """The points that may differ in their cells: all values of a searched axis are one."""
-        others = tuple(axis for axis in self.axes if not axis.search)
-        return (at for _, at in (_product(others) if self.combine == "grid" else self._points()))
-
-    def _grid_key(self, coordinates: Mapping[str, Value]) -> tuple[Value, ...]:
-        return tuple(coordinates[axis.name] for axis in self.axes if not axis.search)
-
     @cached_property
     def _own_ends(self) -> dict[tuple[Value, ...], float]:
-        return {self._key(at): end for at, end in self.ends}
-
-    def _key(self, coordinates: Mapping[str, Value]) -> tuple[Value, ...]:
-        """The point of coordinates: their values on the axes."""
-        return tuple(coordinates[axis.name] for axis in self.axes)
+        return {self.grid.key(at): end for at, end in self.ends}
 
     def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
         """The materials by role, of those that are named, with the constants among the values of a point."""
@@ -534,32 +451,3 @@ class Sweep:
             limit = f"at most {self.max_particles:.12g} in a run"
             cure = "take fewer cells, or smaller bodies"
             raise InvalidInput([Finding("particles", count, limit, cure)])
-
-
-def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
-    """Index and coordinates of every cell of a grid, the last axis fastest."""
-    names = [axis.name for axis in axes]
-    for cell in itertools.product(*(enumerate(axis.values) for axis in axes)):
-        values = (value for _, value in cell)
-        yield tuple(place for place, _ in cell), dict(zip(names, values, strict=True))
-
-
-def _written_axis(axis: Axis) -> Any:
-    """An axis as a document writes it: its values, and the ends of its range where it is sampled."""
-    if axis.search:
-        low, high, tolerance = (
-            written(value, axis.unit) for value in (axis.search.low, axis.search.high, axis.search.tolerance)
-        )
-        until = axis.search.until
-        width = {"tolerance": tolerance} if until is None else {"until": until}
-        return {"limit_of": axis.search.quantity, "between": [low, high], **width}
-    values = [written(value, axis.unit) for value in axis.values]
-    if axis.bounds is None:
-        return values
-    low, high = (written(end, axis.unit) for end in axis.bounds)
-    return {"low": low, "high": high, "values": values}
-
-
-def _by_size(value: Value) -> tuple[bool, float, str]:
-    """The order of numbers by size, and of words after them."""
-    return (True, 0.0, str(value)) if isinstance(value, str) or value is None else (False, float(value), "")

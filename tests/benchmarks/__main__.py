@@ -1,8 +1,7 @@
 """``make bench``: what a step, a run, the demo and a sweep cost.
 
-``python -m tests.benchmarks steps memory`` measures these parts alone: those that take long (steps, demo, sweep) want
-a quiet machine. ``--json FILE`` keeps the figures flat, beside those of other parts that the file holds already;
-``python -m tests.benchmarks.table FILE`` makes the table of docs/speed.md of them.
+``python -m tests.benchmarks steps memory`` measures these parts alone: those that take long (steps, demo) want a quiet
+machine. ``--json FILE`` keeps the figures flat, beside those of other parts that the file holds already.
 """
 
 import argparse
@@ -13,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.figures import HEADLINES, PARTS
+from tests.benchmarks.figures import PARTS
 
 
 def main() -> None:
@@ -34,8 +33,7 @@ def main() -> None:
             print(f"    {name:48} {value:14.6g}", flush=True)
             figures[name] = value
             if file:
-                named = {short: figures[long] for short, long in HEADLINES.items() if long in figures}
-                file.write_text(json.dumps({**figures, **named}, indent=2) + "\n", encoding="utf-8")
+                file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
 
 
 def machine() -> dict[str, Any]:

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -30,9 +30,8 @@ from studies.runs.stages import setting_of
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.benchmarks import thesis
-from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, SWEEP, advance, measured, problem_of, question, simulation
-from tests.house import ROOT
+from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, advance, measured, problem_of, question, simulation
+from tests.contracts.features import ROOT
 
 Figures = Iterator[tuple[str, float]]
 
@@ -40,29 +39,14 @@ NAMES = [*PROBLEMS, *(f"{family}_{size}" for family, sizes in BARS.items() for s
 THREADS = 2
 STEPS = 20  # in a block of what is measured in turns
 NODES_PER_PARTICLE = 20  # of the large box
-SETTLED = 0.005  # of the final value: a run has settled once it stays this near
 ELEMENTS = ("axisymmetric_quadrilaterals", "3d_hexahedra")  # families that count elements
 STAGED = ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k")
 CRATER_SPEED = 5.5e3  # m/s
-# Short names of the figures that versions are compared by.
-HEADLINES = {
-    "axisymmetric_default_ns": "axisymmetric_default_12k_ns",
-    "3d_spline_ns": "3d_spline_117k_ns",
-    "two_threads_117k": "3d_linear_two_threads_117k",
-    "first_step_s": "axisymmetric_default_first_step_s",
-    "bytes_per_particle": "3d_linear_1m_bytes_per_particle",
-}
 SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it is Python and calls
 
 
-def before() -> dict[str, Any]:
-    """What was measured of the step before the vectorised one, commit dc548a6, with date and machine."""
-    former: dict[str, Any] = json.loads(Path(__file__).with_name("baseline.json").read_text())
-    return former
-
-
 def steps(names: Iterable[str] = NAMES, threads: tuple[int, ...] = (1, THREADS)) -> Figures:
-    """Cost of a step of a particle or an element; where the former was measured, how many times as fast."""
+    """Cost of a step of a particle or an element."""
     references = []
     for name in names:
         for count in threads:
@@ -74,9 +58,6 @@ def steps(names: Iterable[str] = NAMES, threads: tuple[int, ...] = (1, THREADS))
             references.append(answer["reference_ns"])
             if name.startswith(ELEMENTS):
                 yield f"{tag}_elements_per_core_second", 1e9 / answer["ns"]
-            if count == 1 and name in before()["figures"]:
-                family = name.rsplit("_", 1)[0]
-                yield f"{family}_speedup", before()["figures"][name]["ratio"] / answer["ratio"]
     yield "reference_ns", statistics.median(references)
 
 
@@ -255,46 +236,11 @@ def demo() -> Figures:
     yield "demo_runs", len(results)
     for name in ("steps", "particle_steps"):
         yield f"demo_{name}", sum(result["numbers"][name] for result in results)
-    late = [_share_after_settling(result) for result in results]
-    yield "demo_share_after_settling", statistics.mean(late)
-    yield "demo_largest_share_after_settling", max(late)
 
 
 def _sweep(name: str, out: Path) -> list[str]:
     file = ROOT / "studies" / "sweeps" / "examples" / f"{name}.yaml"
     return ["-m", "service", "sweep", str(file), "--out", str(out / name)]
-
-
-def _share_after_settling(result: Mapping[str, Any]) -> float:
-    """The part of a run's time in which what it waits for stays near its final value."""
-    latest = 0.0
-    for name in ("hole_diameter", "crater_depth", "crater_diameter"):
-        if name in result["measurements"]:
-            history = result["measurements"][name]["history"]
-            final = history["value"][-1]
-            away = [
-                at
-                for at, value in zip(history["time"], history["value"], strict=True)
-                if value is None or abs(value - final) > SETTLED * abs(final)
-            ]
-            latest = max(latest, *away)
-    return 1.0 - latest / history["time"][-1]
-
-
-def sweep() -> Figures:
-    """Six speeds at three resolutions, axisymmetric, beside what the former tree took where it was measured."""
-    former, ours, theirs = before()["sweep"], [], []
-    for speed, cells in SWEEP:
-        ours.append(measured("converging", speed, cells))
-        theirs.append(former.get(f"{speed:g} m/s, {cells:g} cells"))
-    for name in ("core_s", "steps", "particle_steps"):
-        yield f"sweep_{name}", sum(run[name] for run in ours)
-        yield f"sweep_former_{name}", sum(run[name] for run in theirs if run)
-    yield "sweep_runs", len(ours)
-    yield "sweep_former_runs", sum(run is not None for run in theirs)
-    both = [pair for pair in zip(ours, theirs, strict=True) if pair[1]]
-    work = [sum(run["reference_numbers"] for run in column) for column in zip(*both, strict=True)]
-    yield "sweep_share_of_former", work[0] / work[1]
 
 
 PARTS: dict[str, Callable[[], Figures]] = {
@@ -305,6 +251,4 @@ PARTS: dict[str, Callable[[], Figures]] = {
     "memory": memory,
     "compiling": compiling,
     "demo": demo,
-    "sweep": sweep,
-    "thesis": thesis.figures,
 }

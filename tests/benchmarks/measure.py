@@ -8,7 +8,6 @@ import json
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -23,11 +22,10 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.cases.setups.methods import COURANT, SPH
 from studies.materials import load
-from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
 from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
-from tests.house import ROOT
+from tests.contracts.features import ROOT
 
 WARM, PAIRS = 60, 5  # steps before, and pairs of blocks
 BLOCK = 3e6  # particle-steps in a block, about
@@ -58,9 +56,6 @@ BARS: dict[str, dict[str, tuple[int, int]]] = {
 }
 BAR_SPEED, BAR_SPACING = 200.0, 1e-4  # m/s, m
 ELEMENT_COURANT = 0.8  # of the bound of each element, as in their verification cases
-
-# The converged sweep: speed in m/s, cells per diameter; coarse ones first.
-SWEEP = [(speed, cells) for cells in (16.0, 32.0, 64.0) for speed in (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)]
 
 
 @numba.njit
@@ -211,24 +206,6 @@ def _status(name: str) -> int:
     """A figure of this process in bytes: proc(5)."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(name)) * 1024
-
-
-def converging(speed: float, cells: float) -> dict[str, float]:
-    """Core-seconds of a run of the converged sweep, how many numbers of the reference that is, and its work."""
-    simulation("axisymmetric_default_12k", warm=1)  # its kernels are compiled or loaded
-    run = question(speed=speed, cells_per_diameter=cells)
-    reference_ns()
-    before = reference_ns()
-    begin = time.process_time()
-    with tempfile.TemporaryDirectory() as folder:
-        numbers = execute(run, Path(folder), threads=1).numbers
-    seconds = time.process_time() - begin
-    return {
-        "core_s": seconds,
-        "reference_numbers": seconds / (0.5e-9 * (before + reference_ns())),
-        "steps": numbers["steps"],
-        "particle_steps": numbers["particle_steps"],
-    }
 
 
 if __name__ == "__main__":

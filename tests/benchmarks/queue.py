@@ -5,12 +5,10 @@ Figures are of this machine at this moment: read them when nothing else is at wo
 
 import asyncio
 import json
-import multiprocessing
 import statistics
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -18,7 +16,6 @@ from tempfile import TemporaryDirectory
 
 import httpx
 
-from tests.benchmarks.burning import burn
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.crash.support.serving import Service
@@ -26,21 +23,17 @@ from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
 
 OVERHEAD_AIM = 0.03  # s a run, beside its attempt
-POOL_AIM = 1.15  # of the same work in a pool of processes
-SHORT, LONG = 200, 200  # runs
+SHORT = 200  # runs
 LARGE = 10_000  # runs of a sweep that is accepted, looked at and cancelled
 LOOKS = 5
 SUBMISSIONS, SUBMITTERS = 100, 8
 LOOKS_AT_ONCE, CONNECTIONS = 2000, 64
-STARTS = 3
 # Both cores are the runs': with a question to the store every 20 ms the looking on took an eighth of a core.
 PAUSE = 1.0  # s between looks whether all is done; times are those of the events
 END_SECONDS = 1800.0
 
 
 def main() -> None:
-    start = statistics.median(_start() for _ in range(STARTS))
-    print(f"from the command to /readyz: {start:.2f} s (median of {STARTS})")
     slot, attempt = overhead()
     print(
         f"a run that does nothing: {slot:.3f} s of a slot ({WORKERS / slot:.0f} runs a second), {attempt:.3f} s of them"
@@ -52,18 +45,6 @@ def main() -> None:
     for count in (1, 2):
         for what, rate in _rates(count).items():
             print(f"{what} a second, {count} services on postgresql: {rate:.0f}")
-    pool, queue = _pool(), _queue()
-    work = f"{LONG} runs of a second, {WORKERS} at once: pool {pool:.1f} s, queue {queue:.1f} s"
-    print(f"{work}: {queue / pool:.3f} times as long (aim {POOL_AIM})")
-
-
-def _start() -> float:
-    """Seconds from the command to an answer that all is ready."""
-    with TemporaryDirectory() as folder:
-        begin = time.perf_counter()
-        with crash_test(Work(1, 1), Path(folder)) as here:
-            here.service.wait_until_ready()
-            return time.perf_counter() - begin
 
 
 def overhead() -> tuple[float, float]:
@@ -72,24 +53,6 @@ def overhead() -> tuple[float, float]:
         [row] = here.store.sweeps.page().items
         runs = inspection.runs(here.store, [row.id]).values()
         return _seconds_of_runs(here) * WORKERS / SHORT, statistics.fmean(run.seconds or 0.0 for run in runs)
-
-
-def _queue() -> float:
-    """Seconds from the first run's begin to the last one's end."""
-    with _computed(Work(LONG // 2, 1, targets="tests.benchmarks.burning")) as here:
-        return _seconds_of_runs(here)
-
-
-def _pool() -> float:
-    """Seconds of the same work in a bare pool of warm processes."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        for run in as_completed([pool.submit(burn, 1) for _ in range(WORKERS)]):
-            run.result()
-        begin = time.perf_counter()
-        for run in as_completed([pool.submit(burn) for _ in range(LONG)]):
-            run.result()
-        return time.perf_counter() - begin
 
 
 def _large(database: str) -> dict[str, float]:

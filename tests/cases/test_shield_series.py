@@ -11,9 +11,9 @@ from docs.pages.shield_series import THREE, runs_of, series, told
 from solver.grid.strays import MOST_DISCARDED
 from studies import materials
 from studies.cases.rows import Row, at_least, at_most, equal, reported
-from studies.observations.shields import joined
 from studies.runs.execution import execute
 from studies.runs.run import resolve
+from studies.shields.shots import joined
 
 QUICK = 20.0  # s, of a run: those that are computed anew
 ENERGY_DRIFT = 1e-12  # relative: kept to round-off

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from service.cli.validation import STORE, selected, validated
+from service.cases.validation import STORE, selected, validated
 from service.settings import Settings
 from studies.cases import validation
 from studies.cases.rows import Row

@@ -4,7 +4,8 @@ import pytest
 
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
-from tests.claims.removal import Tried, features, without
+from tests.claims.removal import Tried, without
+from tests.contracts.features import features
 
 
 @pytest.mark.parametrize(

@@ -22,12 +22,12 @@ def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_dat
     assert not _loaded_by(*code, suspects=(*web, *ELSEWHERE))
 
 
-def test_import__of_an_answer_about_a_shield_loads_neither_scipy_nor_datasets() -> None:
+def test_import__of_the_answers_that_ship_loads_neither_scipy_nor_datasets() -> None:
     code = (
-        "from studies.answers import EXAMPLE, answer, picture, question",
+        "from studies.answers import answer, examples, picture, question",
         "from studies.sweeps.document import read_yaml",
-        "asked = question.read_question(read_yaml(EXAMPLE.read_text(), 'shield'))",
-        "list(answer.answers(asked)), picture.picture(asked.shot(asked.fixed), 'shield')",
+        "every = [question.read_question(read_yaml(file.read_text(), file.name)) for file in examples()]",
+        "[(*answer.answers(asked), picture.picture(asked.shot(asked.fixed), asked.target)) for asked in every]",
     )
     assert not _loaded_by(*code, suspects=HEAVY)
 

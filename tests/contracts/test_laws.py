@@ -10,10 +10,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from solver.registry import entries
+from solver.registry import entries, folders
 from studies import laws, materials, measurements
-from studies.laws import FurtherBumper, Law, Shield, Shot
+from studies.laws import Law, Shot
 from studies.materials.schema import CONFIDENCES
+from tests import samples
 
 COPPER = materials.load("copper-ofhc")
 ALUMINIUM = materials.load("al-2024-t3")
@@ -25,19 +26,17 @@ def law(request: pytest.FixtureRequest) -> Law:
 
 
 def shot(law: Law, speed: float = 6000.0, scale: float = 1.0) -> Shot:
-    """A sphere of 8 mm on 2 mm of copper, which is the bumper of a shield too; all lengths times a scale.
-
-    The shield has a second bumper for a law that is about three walls.
-    """
-    further = (FurtherBumper(1e-3 * scale, 0.05 * scale),) if law.name.endswith("three_walls") else ()
-    shield = Shield(2e-3 * scale, 4e-3 * scale, 0.1 * scale, 345e6, further_bumpers=further)
-    return Shot(speed, 8e-3 * scale, 2e-3 * scale, COPPER, COPPER, shield=shield)
+    """A sphere of 8 mm on 2 mm of copper, all lengths times a scale; at the target that a law of a feature is about."""
+    plain = Shot(speed, 8e-3 * scale, 2e-3 * scale, COPPER, COPPER)
+    at_target = samples.joined("LAW_SHOTS", {}).get(law.quantity)
+    return at_target(law, plain, scale) if at_target else plain
 
 
 def formula_of(law: Law) -> Callable[..., np.ndarray]:
     """The bare formula: the public function whose name ends in ratio, or that of a critical diameter."""
-    for found in pkgutil.iter_modules(laws.__path__):
-        module = importlib.import_module(f"studies.laws.{found.name}")
+    modules = ((folder, found) for folder in folders(laws.__name__) for found in pkgutil.iter_modules(folder.__path__))
+    for folder, found in modules:
+        module = importlib.import_module(f"{folder.__name__}.{found.name}")
         offered = getattr(module, "LAW", ())
         if law in (offered if isinstance(offered, tuple) else (offered,)):
             (formula,) = [
@@ -59,7 +58,7 @@ def test_law__states_equation_source_and_confidence(law: Law) -> None:
 
 
 def test_law__predicts_what_is_measured_or_what_is_listed_as_unmeasured(law: Law) -> None:
-    assert (law.quantity in measurements.names()) != (law.quantity in laws.UNMEASURED)
+    assert (law.quantity in measurements.names()) != (law.quantity in laws.unmeasured())
 
 
 def test_law__states_a_range_with_sources_of_which_some_is_checked(law: Law) -> None:
@@ -86,8 +85,9 @@ def test_law__broadcasts(law: Law) -> None:
     formula = formula_of(law)
     count = len(inspect.signature(formula).parameters)
     speeds = np.linspace(3000.0, 7000.0, 4)[:, np.newaxis]
-    if law.quantity == "critical_diameter":
-        assert formula(speeds, 2700.0, 2800.0, shot(law).shield).shape == (4, 1)
+    arguments = samples.joined("FORMULA_ARGUMENTS", {}).get(law.quantity)
+    if arguments:
+        assert formula(speeds, *arguments(law)).shape == (4, 1)
         return
     others = [np.full(3, 0.25) for _ in range(count - 1)]
     assert formula(speeds, *others).shape == (4, 3)

@@ -9,17 +9,15 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import httpx
 import psutil
 import pytest
 
 from service.queue import data_identity as identity
-from service.records.jobs import Quota, Scope, Scrub, Submission
+from service.records.jobs import Scope, Scrub
 from service.settings import Settings
 from service.store import Store
 from studies.cases.rows import Row, at_most, equal, reported
@@ -27,13 +25,10 @@ from tests.claims.marked import Compared
 from tests.crash.support.crash_test import Work
 from tests.crash.support.serving import ROOT, Service, process_tree
 from tests.service.support import history
-from tests.service.support.databases import postgresql_server
-from tests.service.support.fakes import open_store, runs_of, sweep_of, wait_until
-from tests.service.support.rows import TERM
+from tests.service.support.fakes import open_store, wait_until
 
 MANY = history.History()  # 120 000 jobs, 10 000 sweeps, 350 000 files
 LONG = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=3600.0)
-QUOTA = Quota(200, 200_000, 2 << 40)
 TIMES = 7  # each figure is the middle one of so many
 SUBMISSION, METRICS, LISTING = 0.3, 0.1, 2.0  # s
 IDLE, IDLE_SECONDS = 0.02, 30.0  # of a core, over so many seconds
@@ -67,17 +62,6 @@ def test_service__with_much_history_costs_what_a_new_one_does(tmp_path: Path, co
         with closing(sqlite3.connect(data / "whipple.db")) as other:
             other.execute("ANALYZE")
     with closing(open_store(settings)) as store:
-        compared(_row_of_sums(store))
-
-
-@pytest.mark.claim("mend", "history-postgresql", minutes=3.0)
-def test_queries__on_postgresql_with_much_history_cost_what_they_do_without(compared: Compared) -> None:
-    """120 000 jobs on PostgreSQL, before and after ANALYZE: submissions, /metrics and the leader, answered as soon."""
-    with postgresql_server() as server, server.database() as url, closing(Store.open(url)) as store:
-        history.write(store, MANY)
-        for number, state in enumerate(("before ANALYZE", "after ANALYZE")):
-            compared(*_query_figures(store, number, state))
-            history.analyze(store)
         compared(_row_of_sums(store))
 
 
@@ -141,44 +125,3 @@ def _seconds_of_listing(data: Path) -> float:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert len(listed.splitlines()) > MANY.sweeps * 0.9, listed[-500:]
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def _query_figures(store: Store, number: int, state: str) -> Iterator[Row]:
-    """What the store takes for the same questions."""
-    first = iter(range((1 + number) << 100, (2 + number) << 100, 1 << 90))
-
-    def submit() -> None:
-        sweep = sweep_of(runs_of("fine", "fine", first=next(first)))
-        store.sweeps.create(Submission(sweep, owner="anna", quota=QUOTA))
-
-    def tick() -> None:
-        store.leases.held()
-        store.leases.take(1, TERM)
-        store.retention.forget_runs(datetime.now(UTC) - timedelta(days=30), 50)
-
-    def metrics() -> None:
-        store.ping()
-        store.queue.head()
-        store.queue.status()
-        store.queue.tally()
-        store.queue.attempts_by_cause()
-        store.queue.tally_of_owners()
-
-    def listing() -> None:
-        expired = store.retention.expired(datetime.now(UTC), to_size=10**6)
-        assert len(expired) > MANY.sweeps * 0.9
-
-    asked: dict[str, tuple[Callable[[], Any], float, int]] = {
-        "submission of two runs": (submit, SUBMISSION, TIMES),
-        "what /metrics asks": (metrics, METRICS, TIMES),
-        "what the leader asks at each tick": (tick, METRICS, TIMES),
-        "expired sweeps": (listing, LISTING, 1),
-    }
-    for name, (ask, limit, times) in asked.items():
-        seconds = []
-        for _ in range(times):
-            submit()  # an event: no count is reused
-            begin = time.perf_counter()
-            ask()
-            seconds.append(time.perf_counter() - begin)
-        yield at_most(f"{state}: {name} (s)", limit=limit, got=statistics.median(seconds))

@@ -1,11 +1,9 @@
-"""Kill -9 of everything that the service is made of, again and again, and nothing is lost."""
+"""Children that are stopped or killed, and a sweep that is interrupted: nothing is lost, and cubes have equal bytes."""
 
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -15,71 +13,16 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, State
 from studies.cases.rows import at_least, equal
 from studies.quantities.files import SWEEP_FILES
-from tests.claims.marked import Compared, in_full
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.faults import Fault, KillMoment, Victim, draw_faults
+from tests.crash.support.faults import KillMoment, Victim
 from tests.crash.support.serving import ROOT
 from tests.service.support.cluster import family
 from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
 from tests.service.support.targets import RUN_GATE
 
-SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
 SOLVER = "tests.crash.support.solving"
-SHORT_WORK, FULL_WORK = Work(speeds=2, sweeps=1), Work(speeds=10, sweeps=19, targets=SOLVER)
-SHORT_VICTIMS = {Victim.RUN: 1, Victim.SERVICE: 1}
-
-
-@dataclass(frozen=True)
-class KillPlan:
-    """How much is killed in full."""
-
-    victims: Mapping[Victim, int]
-    external: bool = False  # PostgreSQL, and a scheduler that outlives the service
-
-
-ON_SQLITE = KillPlan({Victim.RUN: 28, Victim.SERVICE: 12})
-ON_POSTGRESQL = KillPlan({Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10}, external=True)
-SAYS = "kills -9 lose and double nothing: one registered result a run, with the bits of one that nobody disturbed; "
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "plan",
-    [
-        pytest.param(
-            ON_SQLITE,
-            marks=pytest.mark.claim(
-                "queue", "kills-sqlite", minutes=15.0, short=True, says=SAYS + "40 over 200 runs on SQLite"
-            ),
-            id="sqlite",
-        ),
-        pytest.param(
-            ON_POSTGRESQL,
-            marks=pytest.mark.claim(
-                "queue",
-                "kills-postgresql",
-                minutes=20.0,
-                says=SAYS + "50 on PostgreSQL and a Dask cluster, whose workers and scheduler are killed too",
-            ),
-            id="postgresql-dask",
-        ),
-    ],
-)
-def test_kill__loses_nothing(
-    plan: KillPlan, tmp_path: Path, request: pytest.FixtureRequest, compared: Compared
-) -> None:
-    work, victims = (FULL_WORK, plan.victims) if in_full() else (SHORT_WORK, SHORT_VICTIMS)
-    url = request.getfixturevalue("postgresql_url") if plan.external else None
-    with crash_test(work, tmp_path, seed=SEED, database_url=url, external=plan.external) as here:
-        ids = here.submit()
-        faults = draw_faults(SEED, victims, work.runs)
-        for fault in faults:
-            here.inject(fault)
-        here.wait_for_the_end(ids)
-        compared(equal(f"kills -9, seed {SEED}", expected=len(faults), got=len(here.injected)))
-        compared(*here.rows_of_the_end(ids, tmp_path / "cubes"))
-        compared(inspection.row_of_checkpoints(here.store, here.artifacts, ids))
 
 
 @pytest.mark.claim("mend-again", "stopped-child", minutes=0.5)
@@ -127,10 +70,10 @@ def test_cubes__of_two_services_have_equal_bytes(compared: Compared, tmp_path: P
         with crash_test(work, place, settings=settings) as here:
             ids = here.submit()
             if number:
-                here.inject(Fault(0, Victim.RUN, KillMoment.CHECKPOINTED))
+                here.strike(Victim.RUN, moment=KillMoment.CHECKPOINTED)
             here.wait_for_the_end(ids)
             cubes.append(here.fetch(ids, tmp_path / f"cubes-{number}"))
-            compared(equal("kills", expected=number, got=len(here.injected)))
+            compared(equal("kills", expected=number, got=here.killed.total()))
     compared(*inspection.rows_of_cubes(*cubes))
 
 

@@ -1,7 +1,6 @@
 """README.md and the pages of docs/ as a user meets them: their blocks run in order, as they stand, in a fresh clone."""
 
 import os
-import re
 import subprocess
 import sys
 import threading
@@ -36,13 +35,6 @@ MINUTES = 20.0  # of a core: every block of README and docs, each that takes hou
 FAILURES = {
     "a refused sweep": ({"sweeps": (422, "no scenario 'thin_plat'")}, "no scenario 'thin_plat'"),
     "a sweep without cube": ({"sweeps": (202, ""), "cube.nc": (404, "")}, "404"),
-}
-# Options of the curl of Ubuntu 20.04, 7.68, by the version that brought them; 7.75 brought
-# -w '%header{}', 7.76 --fail-with-body and 7.82 --json, and the first of these ended the block there.
-CURL = {
-    **dict.fromkeys(("-s", "-S", "-f", "-o", "-D", "-H", "--data-binary"), "7.2"),
-    **{"-w": "6.5", "--retry": "7.12.3", "--retry-delay": "7.12.3", "--retry-connrefused": "7.52"},
-    "%{http_code}": "7.1",
 }
 
 
@@ -158,18 +150,6 @@ def refusing(answers: Mapping[str, tuple[int, str]]) -> Iterator[str]:
             yield f"http://127.0.0.1:{server.server_address[1]}"
         finally:
             server.shutdown()
-
-
-@pytest.mark.claim("docs", "readme")
-def test_readme__needs_no_recent_curl() -> None:
-    lines = "\n".join(block.text for block in README).replace("\\\n", " ").splitlines()
-    calls = [line.partition("curl ")[2] for line in lines if "curl " in line]
-    options = [word for call in calls for word in re.findall(r"(?:^|\s)(--?[A-Za-z][\w-]*)", call)]
-    long = {word for word in options if word.startswith("--")}
-    short = {f"-{letter}" for word in options if word not in long for letter in word[1:]}
-    formats = {word for call in calls for word in re.findall(r"%(?:\w+)?\{.*?\}", call)}
-    assert calls
-    assert long | short | formats <= CURL.keys()
 
 
 PAGE_SECONDS = 1800.0  # that a block may take

@@ -10,11 +10,9 @@ from typing import Any
 import httpx
 import psutil
 import pytest
-from fastapi.routing import APIRoute
 from fastapi.sse import EventSourceResponse
 
 from service.api import conversions, reading
-from service.api.app import GUARDED, OPEN
 from service.api.turns import PROBES
 from service.records.jobs import Keep, Scope
 from service.settings import Settings
@@ -24,7 +22,7 @@ from studies.cases.rows import Row, at_least, at_most, equal
 from tests.claims.marked import Compared
 from tests.crash.support.crowd import answers_of, crowd
 from tests.crash.support.serving import Service
-from tests.service.support.api import SWEEP, sweep_of
+from tests.service.support.api import SWEEP, every_route, sweep_of
 from tests.service.support.fakes import wait_until
 
 STRICT = {"WHIPPLE_TRUST_LOOPBACK": "false", "WHIPPLE_WORKERS": "1", "WHIPPLE_QUOTA_REQUESTS": "1000000"}
@@ -33,7 +31,6 @@ LIST_SECONDS = 1.0  # what the list of another key may take
 PATIENCE_SECONDS = 60.0
 COMPUTED_SECONDS = 300.0  # for two small runs and their report
 PAUSE_SECONDS = 0.1  # between two requests of who is not to wait
-SHAPE_SECONDS = 4.0  # of each shape of half-sent requests
 LOOP_SECONDS = 30.0
 CONVERTING_SECONDS = 300.0  # at most
 # Of several thousand points, among them those of SWEEP.
@@ -65,28 +62,9 @@ def client_of(service: Service, headers: Mapping[str, str]) -> Iterator[httpx.Cl
         yield client
 
 
-def request_of(method: str, path: str, *headers: str, body: str = "", ends: bool = True) -> str:
-    """The text of a request, whose head may have no end."""
-    lines = [f"{method} {path} HTTP/1.1", "Host: 127.0.0.1", *headers]
-    return "\r\n".join([*lines, "", body] if ends else lines)
-
-
-COOKIE, FORM = "Cookie: whipple_browser=x", "Content-Type: application/x-www-form-urlencoded"
-LENGTH, JSON = "Content-Length: 100", "Content-Type: application/json"
-HALF_SENT = {
-    "GET with a form": request_of("GET", "/v1/sweeps", COOKIE, FORM, LENGTH, body="a"),
-    "HEAD with a form": request_of("HEAD", "/v1/queue", COOKIE, FORM, LENGTH, body="a"),
-    "OPTIONS with a form": request_of("OPTIONS", "/v1/sweeps", COOKIE, FORM, LENGTH, body="a"),
-    "GET of a page with a chunked form": request_of(
-        "GET", "/shields", COOKIE, FORM, "Transfer-Encoding: chunked", body="1\r\na\r\n"
-    ),
-    "GET with half a head": request_of("GET", "/v1/sweeps", COOKIE, "X-Half: ", ends=False),
-    "POST of a key": request_of("POST", "/login", COOKIE, FORM, LENGTH, body="a"),
-    "POST of a sweep": request_of("POST", "/v1/sweeps", JSON, LENGTH, body="{"),
-    "POST of a form of a sweep": request_of("POST", "/new/thin_plate", COOKIE, FORM, LENGTH, body="a"),
-    "PATCH without a cookie": request_of("PATCH", f"/v1/sweeps/{'0' * 32}", JSON, LENGTH, body="{"),
-    "PUT and DELETE with half a head": request_of("PUT", f"/v1/sweeps/{'0' * 32}/pin", COOKIE, FORM, ends=False),
-}
+def request_of(path: str, key: str) -> str:
+    """The text of a GET with a key."""
+    return f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n{key}\r\nConnection: close\r\n\r\n"
 
 
 def watched(
@@ -111,25 +89,13 @@ def watched(
     return rows, answers
 
 
-@pytest.mark.claim("mend", "half-sent-requests", minutes=1.0)
-def test_half_sent_requests__without_a_key_leave_the_list_of_another_below_a_second(
-    tmp_path: Path, compared: Compared
-) -> None:
-    """While 64 connections without a key send half a request in ten shapes, a list takes a second at most."""
-    with served(tmp_path, "ann", **FAKES) as (service, keys), client_of(service, keys["ann"]) as ann:
-        assert ann.get("/v1/sweeps").status_code == 200
-        for name, text in HALF_SENT.items():
-            rows, _ = watched(name, service, ann, [text], SHAPE_SECONDS)
-            compared(*rows)
-
-
 # --- whole requests ---------------------------------------------------------------------------------
 
 
 def computing_paths(sweep: str, run: str, unfinished: str) -> list[str]:
     """The path of every GET but probes and streams of events; a new route is among them."""
     named = {
-        **{"name": "result.json", "view": "cloud", "format": "gif", "scenario": "thin_plate"},
+        **{"name": "result.json", "view": "cloud", "scenario": "thin_plate"},
         **{"table": observations.names()[0], "order": "cancel"},
     }
     paths = [
@@ -137,7 +103,7 @@ def computing_paths(sweep: str, run: str, unfinished: str) -> list[str]:
         f"/v1/sweeps/{unfinished}/report.html?partial=true",
         *(f"/shields?speed={speed}+km%2Fs" for speed in (4, 5, 6, 7)),
     ]
-    for route in (each for router in (*OPEN, *GUARDED) for each in router.routes if isinstance(each, APIRoute)):
+    for route in every_route():
         if "GET" not in (route.methods or ()) or route.path in PROBES or route.response_class is EventSourceResponse:
             continue
         values = {**named, "id": run if "/runs/{id}" in route.path else sweep}
@@ -174,7 +140,7 @@ def test_loops__of_a_reader_over_every_get_leave_the_list_of_another_below_a_sec
         run = ann.get(f"/v1/sweeps/{small}/runs").json()["items"][0]["run"]["id"]
         paths = computing_paths(small, run, submitted(operator, LARGE))
         key = f"Authorization: {keys['bob']['Authorization']}"
-        texts = [request_of("GET", path, key, "Connection: close") for path in paths]
+        texts = [request_of(path, key) for path in paths]
         rows, answers = watched(f"64 loops over {len(paths)} paths", service, ann, texts, LOOP_SECONDS)
         compared(*rows)
         good = sum(count for line, count in answers.items() if " 200 " in line)
@@ -208,7 +174,7 @@ def test_partial_cubes__of_an_owner_are_made_while_a_reader_asks_for_large_ones(
         ]
         large = [submitted(operator, {**LARGE, "title": f"large {number}"}) for number in range(OTHERS)]
         key = f"Authorization: {keys['bob']['Authorization']}"
-        texts = [request_of("GET", f"/v1/sweeps/{id}/cube.nc?partial=true", key, "Connection: close") for id in large]
+        texts = [request_of(f"/v1/sweeps/{id}/cube.nc?partial=true", key) for id in large]
         statuses, nice, beside = Counter[int](), set[int](), 0
         with crowd(service.port, texts, seconds=CONVERTING_SECONDS, count=2) as process:
             wait_until(lambda: _conversions(service), seconds=PATIENCE_SECONDS)

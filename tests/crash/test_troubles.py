@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 
 from service.records.jobs import Cause
-from studies.cases.rows import Row, at_least, equal
+from studies.cases.rows import Row, equal
 from studies.quantities.files import write_text
 from tests.claims.marked import Compared, in_full
 from tests.crash.support import inspection
@@ -158,21 +158,25 @@ def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) ->
 
 
 @pytest.mark.claim("queue", "trouble-clock", minutes=0.3)
-def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Compared) -> None:
-    """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
-    clock = tmp_path / "clock"
+@pytest.mark.parametrize("days", [-400, 45])
+def test_clock__that_is_set_loses_and_deletes_nothing(tmp_path: Path, days: int, compared: Compared) -> None:
+    """A clock that is set back by 400 days or forward by 45: nothing stops or is deleted by age, which is said."""
+    clock, settings = tmp_path / "clock", {**ONE_WORKER, "WHIPPLE_RETENTION_DAYS": "30"}
     write_text(clock, "0")
-    with crash_test(replace(LONG, speeds=3), tmp_path, settings=ONE_WORKER, program=(*BRIEF[:-1], str(clock))) as here:
+    with crash_test(replace(LONG, speeds=3), tmp_path, settings=settings, program=(*BRIEF[:-1], str(clock))) as here:
         ids = here.submit()
-        for shift in (-DAY, DAY):
+        for shift in (days * DAY, 0):
             here.wait_until_computing()
             write_text(clock, str(shift))  # in one piece: somebody always reads it
             last = here.store.events.last()
             wait_until(partial(_has_news, here, last), seconds=PATIENCE)
-        here.wait_for_the_end(ids)
-        times = [event.time for event in inspection.events(here.store)]
-        jump = (max(times) - min(times)).total_seconds()
-        compared(at_least("the clock was set (s)", limit=DAY, got=jump))
+            if shift:
+                why = wait_until(lambda: here.store.queue.status().deletion_paused, seconds=PATIENCE)
+                said = f"{'forward' if days > 0 else 'back'} by {abs(days)} days"
+                compared(Row("the queue says that it jumped", said, why, said in str(why)))
+                compared(*_rows_of_alarms(here, deletion_paused=1))
+                logged = here.service.log.read_text().count("nothing is deleted by age")
+                compared(equal("lines of the log that say so", expected=1, got=logged))
         compared(*_all_is_well(here, ids, tmp_path))
 
 

@@ -14,10 +14,10 @@ from studies import laws
 from studies.answers.answer import answers
 from studies.answers.question import read_question
 from studies.cases.rows import equal
-from studies.observations.shields import joined
-from studies.observations.shields.drawn import SimulationKind, failures_found
-from studies.observations.shields.judged import equations, judge
-from studies.observations.shields.shots import published
+from studies.shields.shots import joined
+from studies.shields.shots.drawn import SimulationKind, failures_found
+from studies.shields.shots.judged import equations, judge
+from studies.shields.shots.table import published
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import claimed
 

@@ -3,7 +3,7 @@
 import re
 
 from tests.claims.marked import TESTS
-from tests.house import ROOT
+from tests.contracts.features import ROOT
 
 
 def test_page__names_drills_that_exist() -> None:

@@ -69,10 +69,23 @@ def test_proxies__are_addresses_and_networks(monkeypatch: pytest.MonkeyPatch) ->
     assert Settings(trusted_proxy=()).trusted_proxy == ()
 
 
-@pytest.mark.parametrize("address", ["tcp://a:8786", "tls://a", "tls://:8786", "tls://a:x", ""])
-def test_engine__only_encrypted_and_with_a_port(address: str, certificates: dict[str, Any]) -> None:
+@pytest.mark.parametrize("address", ["tls://a", "tls://:8786", "tls://a:x"])
+def test_engine__only_with_a_port(address: str, certificates: dict[str, Any]) -> None:
     said = refusals(engine=address, **certificates)
     assert said == {"engine": "an address such as tls://scheduler.example.org:8786"}
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"engine": "tcp://a:8786"}, "no engine serves tcp://; there are: tls://"),
+        ({"engine": ""}, "no engine serves ://"),
+        ({"artifacts": "nonesuch://bucket"}, "no store of files serves nonesuch://; there are: az://, file://"),
+    ],
+)
+def test_address__of_a_scheme_that_nothing_serves_is_refused(given: dict[str, Any], says: str) -> None:
+    [said] = refusals(**given).values()
+    assert says in said
 
 
 def test_engine__needs_its_certificates(certificates: dict[str, Any]) -> None:

@@ -4,20 +4,23 @@ import threading
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
-from typing import Any
 
-from fastapi import APIRouter, Response
-from pydantic import BaseModel
+from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel, JsonValue
 
-from service.api.routes.dependencies import NETCDF, AnswerOfLaws
+from service.api.dependencies import PostedDocument, in_child
+from service.api.reading import answered, answered_as_cube
+from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
 from studies.sweeps.accuracy import ACCURACY
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
+ROUTES = Routes("catalogue", 60, guarded=(router,))
 
-QUESTION: dict[str, Any] = {
+NETCDF = "application/x-netcdf"
+QUESTION: dict[str, JsonValue] = {
     "speed": ["3 km/s", "6 km/s"],
     "projectile": "al-2017-t4",
     "projectile_diameter": "5 mm",
@@ -27,7 +30,7 @@ QUESTION: dict[str, Any] = {
     "wall": "al-6061-t6",
     "wall_thickness": "3.2 mm",
 }
-QUESTION_BODY: dict[str, Any] = {
+QUESTION_BODY: dict[str, JsonValue] = {
     "requestBody": {
         "required": True,
         "description": (
@@ -41,7 +44,7 @@ QUESTION_BODY: dict[str, Any] = {
         },
     }
 }
-QUESTION_ANSWER: dict[str, Any] = {
+QUESTION_ANSWER: dict[str, JsonValue] = {
     "description": "The answer to each shot, and what the catalogue says of each law",
     "content": {
         "application/json": {"schema": {"type": "object"}},
@@ -52,7 +55,7 @@ WRITING = threading.Lock()  # ``cache`` alone lets every thread that finds nothi
 Listing = Callable[[], BaseModel]
 
 
-def written_once(path: str, model: Any) -> Callable[[Listing], Listing]:
+def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listing]:
     """Add an endpoint for a list that never changes: its response is written by the first request."""
 
     def add(catalogue: Listing) -> Listing:
@@ -85,16 +88,18 @@ def list_materials() -> CatalogueModel:
 @written_once("/laws", CatalogueModel)
 def list_laws() -> CatalogueModel:
     """Every law, with equation, source and range."""
-    return CatalogueModel(items=[laws.load(name).describe() for name in laws.names()])
+    return CatalogueModel.model_validate({"items": [laws.load(name).describe() for name in laws.names()]})
 
 
 @router.post("/laws/evaluate", openapi_extra=QUESTION_BODY, responses={200: QUESTION_ANSWER})
-def evaluate_laws(answer: AnswerOfLaws) -> Response:
+async def evaluate_laws(request: Request, posted: PostedDocument) -> Response:
     """What every law says of a shot, or of many: value, whether it is in range, source, and the nearest shots.
 
     Nothing is stored or run. With `Accept: application/x-netcdf` the answer is a cube.
     """
-    return answer
+    as_cube = NETCDF in request.headers.get("accept", "")
+    content = await in_child(request, answered_as_cube if as_cube else answered, posted)
+    return Response(content, media_type=NETCDF if as_cube else "application/json")
 
 
 @written_once("/accuracies", CatalogueModel)

@@ -8,13 +8,15 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.access import Credentials, authenticate
+from service.api.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
-from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
+from service.api.routes import Routes
 from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
 from studies.quantities.findings import Finding, InvalidInput, shown
 
 router = APIRouter(prefix="/v1")
+ROUTES = Routes("events", 50, guarded=(router,))
 
 LONGEST_NUMBER = 18  # digits
 MESSAGES = (

@@ -3,18 +3,20 @@
 import json
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any
+from types import MappingProxyType
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 from zipstream import ZipStream
 
-from service.api.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, MadeFile
+from service.api.archives import archive_of
+from service.api.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, FileInputs, MadeFile
+from service.api.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
 from service.api.downloads import Download, bring_back, media_type_of, send_file, serves
 from service.api.errors import NotReady
-from service.api.routes.archives import archive_of
-from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
+from service.api.routes import Routes
 from service.api.schemas import REPORT_SCHEMA
 from service.api.turns import WaitingThreads, in_waiting_thread, turn_of
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
@@ -34,6 +36,7 @@ from studies.quantities.files import (
 NOT_PUBLISHED = "nothing was published; `whipple retry` publishes it again"
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
+ROUTES = Routes("files", 20, guarded=(router,))
 
 SoFar = Annotated[bool, Query(description="Return the file of the results so far while the sweep is unfinished")]
 
@@ -157,7 +160,15 @@ async def download_zarr(
     )
 
 
-async def _send(request: Request, id: str, name: str, partial: str | None = None, **more: Any) -> Response:
+async def _send(
+    request: Request,
+    id: str,
+    name: str,
+    partial: str | None = None,
+    *,
+    is_attachment: bool = False,
+    headers: Mapping[str, str] = MappingProxyType({}),
+) -> Response:
     """Send a file of a sweep that has ended; before, that of the results so far of the kind ``partial``."""
     store: Store = request.app.state.store
     artifacts: Artifacts = request.app.state.artifacts
@@ -165,14 +176,16 @@ async def _send(request: Request, id: str, name: str, partial: str | None = None
     if stored is not None:
         filename = f"{_plain(sweep.name)}-{name}"
         return await send_file(
-            request, Download(artifacts.path(stored), filename, stored.sha256, registered=stored, **more)
+            request, Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers, stored)
         )
     if partial is None:
         raise _absent(sweep, name)
     made = await _so_far(request, sweep, partial)
     if made.age is not None:
-        more["headers"] = {**more.get("headers", {}), "Age": str(round(made.age))}
-    return await send_file(request, Download(made.path, f"{_plain(sweep.name)}-partial-{name}", made.sha256, **more))
+        headers = {**headers, "Age": str(round(made.age))}
+    return await send_file(
+        request, Download(made.path, f"{_plain(sweep.name)}-partial-{name}", made.sha256, is_attachment, headers)
+    )
 
 
 async def _so_far(request: Request, sweep: SweepStatus, kind: str) -> MadeFile:
@@ -181,7 +194,7 @@ async def _so_far(request: Request, sweep: SweepStatus, kind: str) -> MadeFile:
     artifacts: Artifacts = request.app.state.artifacts
     conversions: Conversions = request.app.state.conversions
 
-    def gather() -> Mapping[str, Any]:
+    def gather() -> FileInputs:
         document, outcomes = store.publications.inputs(sweep.id)
         results = sum(outcome.path is not None for outcome in outcomes)
         if not results:

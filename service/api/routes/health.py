@@ -5,13 +5,16 @@ import platform
 from fastapi import APIRouter, Request, Response
 
 from service import version
+from service.api.dependencies import AppReadiness
 from service.api.metrics import CONTENT_TYPE, Metrics
-from service.api.routes.dependencies import AppReadiness
+from service.api.routes import Routes
 from service.api.schemas import Health, Readiness, VersionModel
 from service.api.turns import in_waiting_thread
 from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["operations"])
+metrics_router = APIRouter(tags=["operations"])
+ROUTES = Routes("health", 0, open=(router,), guarded=(metrics_router,))
 
 
 @router.get("/livez")
@@ -30,9 +33,6 @@ async def show_readiness(readiness: AppReadiness) -> Readiness:
 def show_version() -> VersionModel:
     """Versions of the service, its physics and Python."""
     return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
-
-
-metrics_router = APIRouter(tags=["operations"])
 
 
 @metrics_router.get(

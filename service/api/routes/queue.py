@@ -4,11 +4,13 @@ from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Administrator
-from service.api.routes.dependencies import AppReadiness, AppStore
+from service.api.dependencies import AppReadiness, AppStore
+from service.api.routes import Routes
 from service.api.schemas import QueueModel
 from service.api.turns import in_waiting_thread
 
 router = APIRouter(prefix="/v1/queue", tags=["operations"])
+ROUTES = Routes("queue", 40, guarded=(router,))
 
 
 @router.get("")

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from service.api.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
 from service.api.downloads import Download, RangedFile, bring_back, is_range, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
+from service.api.routes import Routes
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.api.turns import turn_of
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
@@ -16,6 +17,7 @@ from service.store import Store
 from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
+ROUTES = Routes("runs", 30, guarded=(router,))
 
 FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 
@@ -73,10 +75,9 @@ async def download_vtk(
 
 @serves(
     router,
-    "/{id}/film.{format}",
-    ("film.gif", "film.mp4"),
-    "The film of a run that kept it, as an animation: one section, coloured by a field. An MP4 needs ffmpeg, or the "
-    "extra `video`, on the service",
+    "/{id}/film.gif",
+    ("film.gif",),
+    "The film of a run that kept it, as an animation: one section, coloured by a field",
 )
 async def download_animation(
     id: RunId,
@@ -84,13 +85,12 @@ async def download_animation(
     store: AppStore,
     artifacts: AppArtifacts,
     conversions: AppConversions,
-    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
     film = await run_in_threadpool(store.runs.file, id, FILM)
     await bring_back(request, film)
-    made = await conversions.file(format, [film], artifacts, turn_of(request), field=field)
-    return await send_file(request, Download(made.path, f"{id}-film.{format}", made.sha256))
+    made = await conversions.file("gif", [film], artifacts, turn_of(request), field=field)
+    return await send_file(request, Download(made.path, f"{id}-film.gif", made.sha256))
 
 
 @router.get("/{id}/views/{view}", include_in_schema=False)

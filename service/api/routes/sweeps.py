@@ -1,26 +1,35 @@
 """Sweeps: submit, estimate, show, change, cancel, retry, delete."""
 
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
+from pydantic import JsonValue
+from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Submitter
-from service.api.readiness import check_directory
-from service.api.routes.dependencies import (
+from service.api.dependencies import (
     AppArtifacts,
     AppSettings,
     AppStore,
     Cursor,
+    Idempotency,
+    KeepQuery,
     PageLimit,
     PatchedSweep,
-    PostedEstimate,
-    PostedSubmission,
+    PostedDocument,
     Prefix,
+    Priority,
     SweepId,
     check_priority,
+    in_child,
     link_next,
+    submit,
+    submitting,
 )
+from service.api.readiness import check_directory
+from service.api.reading import EstimatedSweep, estimated, expanded
+from service.api.routes import Routes
 from service.api.schemas import (
     AcceptedSweepModel,
     EstimateModel,
@@ -32,17 +41,16 @@ from service.api.schemas import (
     example_sweeps,
 )
 from service.queue.garbage_collection import forget_lost_states
-from service.records.expansion import ExpandedSweep
-from service.records.jobs import RUN_STATES, State, SweepState
+from service.records.jobs import RUN_STATES, Keep, State, SweepState
 from service.store import Store
-from service.store.sweeps import Sweeps
 from studies.sweeps.cost import OF_SWEEP
 
-submitting = APIRouter(prefix="/v1/sweeps", tags=["submit"])
+submitting_router = APIRouter(prefix="/v1/sweeps", tags=["submit"])
 router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
+ROUTES = Routes("sweeps", 10, guarded=(submitting_router, router))
 
 RETRY_AFTER = "2"  # s, until a new sweep is worth another request
-SWEEP_BODY: dict[str, Any] = {
+SWEEP_BODY: dict[str, JsonValue] = {
     "requestBody": {
         "required": True,
         "description": (
@@ -60,7 +68,7 @@ SWEEP_BODY: dict[str, Any] = {
         },
     }
 }
-CHANGE_BODY: dict[str, Any] = {
+CHANGE_BODY: dict[str, JsonValue] = {
     "requestBody": {"required": True, "content": {"application/json": {"schema": SweepChange.model_json_schema()}}}
 }
 # Operations on a sweep and on a run, for programs that follow OpenAPI links.
@@ -72,48 +80,62 @@ SWEEP_LINKS = (
 RUN_LINKS = ("show_run", "list_files", "list_run_events", "download_log")
 
 
-def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
+def _links(operations: tuple[str, ...], id: str) -> dict[str, JsonValue]:
     """OpenAPI links of a response to operations that take the ``id`` in its body."""
     return {"links": {name: {"operationId": name, "parameters": {"id": id}} for name in operations}}
 
 
-@submitting.post(
+@submitting_router.post(
     "", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")}
 )
-def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> AcceptedSweepModel:
+async def submit_sweep(
+    request: Request,
+    response: Response,
+    _: Submitter,
+    posted: PostedDocument,
+    once: Idempotency,
+    priority: Priority = 0,
+    keep: KeepQuery = Keep.FINAL,
+) -> AcceptedSweepModel:
     """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
     queued. Requests with the same `Idempotency-Key` are accepted once. `warnings` are those of the estimate.
     """
-    sweeps: Sweeps = store.sweeps
-    checked = submission.sweep
-    warnings = checked.warnings if isinstance(checked, ExpandedSweep) else ()
-    accepted = replace(AcceptedSweepModel.of(sweeps.create(submission)), warnings=warnings)
+    async with submitting(request):
+        sweep = await in_child(request, expanded, posted)
+        status = await submit(request, sweep, priority, keep, once)
+    accepted = replace(AcceptedSweepModel.of(status), warnings=sweep.warnings)
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
 
 
-@submitting.post("/estimate", openapi_extra=SWEEP_BODY)
-def estimate_sweep(sweep: PostedEstimate, store: AppStore, settings: AppSettings, request: Request) -> EstimateModel:
+@submitting_router.post("/estimate", openapi_extra=SWEEP_BODY)
+async def estimate_sweep(request: Request, posted: PostedDocument) -> EstimateModel:
     """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
 
     Times are those that this service measured for runs of the same scenario, if there are any. Of many points, some
     are drawn evenly and stand for all; the submission checks each.
     """
-    priced = sweep.cost.priced
-    existing = store.runs.known(each.id for each in priced)
-    new = [each for each in priced if each.id not in existing]
+    return await run_in_threadpool(priced, request, await in_child(request, estimated, posted))
+
+
+def priced(request: Request, sweep: EstimatedSweep) -> EstimateModel:
+    """The cost of a sweep with what this service has computed and measured."""
+    store: Store = request.app.state.store
+    runs = sweep.cost.priced
+    existing = store.runs.known(run.id for run in runs)
+    new = [run for run in runs if run.id not in existing]
     measured_rate = store.runs.measured_rate(sweep.scenario)
     rate = 1.0 if measured_rate is None else measured_rate
     cost = sweep.cost.of(new)
-    workers = request.app.state.engine.workers() or settings.workers
-    new_runs = round(sum(each.share for each in new))
+    workers = request.app.state.engine.workers() or request.app.state.settings.workers
+    new_runs = round(sum(run.share for run in new))
     return EstimateModel(
         runs=sweep.cost.runs,
         looked_at=sweep.cost.looked_at,
-        reused=round(sum(each.share for each in priced if each.id in existing)),
+        reused=round(sum(run.share for run in runs if run.id in existing)),
         core_seconds=cost.core_seconds * rate + OF_SWEEP.core_seconds,
         seconds=cost.core_seconds * rate / max(1, min(workers, new_runs)) + OF_SWEEP.core_seconds,
         bytes=cost.bytes + OF_SWEEP.bytes,
@@ -148,7 +170,7 @@ def show_sweep(id: SweepId, store: AppStore) -> SweepModel:
 
 
 @router.get("/{id}/document")
-def show_document(id: SweepId, store: AppStore) -> dict[str, Any]:
+def show_document(id: SweepId, store: AppStore) -> dict[str, JsonValue]:
     """The document of a sweep in its canonical form, which can be submitted again."""
     return dict(store.sweeps.document(id))
 

@@ -1,6 +1,28 @@
-"""The subcommands of ``whipple``: ``computing`` on this machine without a service, ``drawing`` figures and films
-into files, ``fitting`` laws to a cube, ``serving`` the service itself, ``client`` requests to a service over HTTP,
-``maintenance`` of the database and files of a service.
+"""The subcommands of ``whipple``: each module here offers ``COMMANDS``.
 
-To add one: a function in one of these with ``@app.command()``; heavy modules are imported inside of it.
+To add one: a function in one of these with ``@app.command()``; heavy modules are imported inside of it. A feature
+offers its own through the entry-point group ``whipple.service.cli.commands``.
 """
+
+from dataclasses import dataclass
+
+from typer import Typer
+
+# Titles of the panels in which the help lists commands, in its order.
+LOCAL = "On this machine, without a service"
+OUT_OF_A_CUBE = "Out of a cube"
+SHIPPED = "What ships"
+SHOTS = "Measured shots"
+SERVICE = "The service, and its maintenance"
+REQUESTS = "Requests to a service"
+PANELS = (LOCAL, OUT_OF_A_CUBE, SHIPPED, SHOTS, REQUESTS, SERVICE)
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Subcommands that stand together in the help."""
+
+    name: str
+    panel: str  # one of PANELS
+    app: Typer
+    place: int = 0  # in the panel: smaller is further up

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.commands.options import Json
+from service.cli.commands import SHOTS, Commands
 from service.cli.console import print_json, print_table, say
+from service.cli.options import Json
 from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
-from studies.quantities.parameters import declared
 from studies.quantities.units import readable
 from studies.sweeps.document import read_sweep_file, read_yaml, text_of
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from studies.answers.question import Question
 
 app = typer.Typer()
+COMMANDS = Commands("shots", SHOTS, app)
 
 OWN = "give a CSV file with a row a shot"
 FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
@@ -41,7 +42,7 @@ def shots(
     """List measured shots on Whipple shields, with what became of the wall: filtered, or nearest to a shield first."""
     from dataclasses import asdict
 
-    from studies.observations.shields import shots as measured
+    from studies.shields.shots import table as measured
 
     table = measured.published().shots if own is None else measured.read_shots(text_of(own, "--own", OWN))
     chosen = measured.filtered(table, *measured.read_filters(where or []))
@@ -128,36 +129,35 @@ def _write(question: "Question", out: Path) -> Path:
     return draw(picture(shot, answer.target), out)
 
 
-def print_example(page_file: Path) -> None:
-    """Print what laws and shots say about the shield that ships, and write its page."""
-    from studies.answers import EXAMPLE
+def print_examples(folder: Path) -> None:
+    """Print what laws and shots say about the questions that ship, and write their pages."""
+    from studies.answers import examples
     from studies.answers.answer import answers, shot_in_words
     from studies.answers.question import read_question
 
-    question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
-    [answer] = answers(question)
-    say(f"{shot_in_words(question.shot(question.fixed))}: {answer.headline()}", flush=True)
-    _write(question, page_file)
+    for example in examples():
+        question = read_question(read_yaml(example.read_text(encoding="utf-8"), example.name))
+        [answer] = answers(question)
+        say(f"{shot_in_words(question.shot(question.fixed))}: {answer.headline()}", flush=True)
+        _write(question, folder / f"{example.stem}.html")
 
 
 def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
-    from studies.answers.question import ShotParameters
-    from studies.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
+    from studies.answers.question import shot_parameters
+    from studies.answers.targets import targets
 
+    target = targets()[answer.target]
+    told = target.told(answer.addition) if answer.addition else None
     if varied:
-        units = {name: each.unit for name, each in declared(ShotParameters).items()}
+        units = {name: each.unit for name, each in shot_parameters().items()}
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
-    if answer.shield:
-        say(answer.shield.sentence)
-        for reason in answer.shield.outside[1:]:
-            say(f"no probability: {reason}")
-        say(of_ordered_shots(answer.shield))
+    for line in told.lines if told else ():
+        say(line)
     for quantity in answer.quantities:
         say(quantity.sentence())
-    if answer.shield:
+    if told:
         say("")
-        sizes = safe_sizes_of(answer.shield)
-        print_table(("still safe", *COLUMNS), ((limit, *found) for limit, found in sizes.items()))
+        print_table(told.columns, told.rows)
     for quantity in answer.quantities:
         unit = display_of(quantity.unit)
         say(f"\n{quantity.title} ({unit.unit})")
@@ -177,7 +177,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         shots = [(near.shot, near.printed()) for near in answer.shots]
         measured = [(s.quantity.replace("_", " "), text, s.source, s.confidence, s.note) for s, text in shots]
         print_table(("measured", "value", "source", "confidence", "note"), measured)
-    elif answer.target != "shield":
+    elif target.table:
         say("\nNo published shot of these metals ships.")
 
 

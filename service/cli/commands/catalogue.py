@@ -1,37 +1,137 @@
-"""The catalogue that ships: materials, laws and scenarios, as the API lists them; no service is needed."""
+"""The catalogue that ships: materials, laws and scenarios; no service is needed."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.commands import SHIPPED, Commands
 from service.cli.commands.answering import print_answers
-from service.cli.commands.options import Json
 from service.cli.console import print_json, print_table
+from service.cli.options import Json
+from studies.quantities.findings import refusal
+from studies.quantities.parameters import Parameter, declared
 from studies.quantities.units import readable
 
+if TYPE_CHECKING:
+    from studies.laws import Law
+    from studies.materials import Material
+    from studies.scenarios import Scenario
+
 app = typer.Typer()
-
-Description = Mapping[str, Any]  # of an entry
-Name = Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")]
+COMMANDS = Commands("catalogue", SHIPPED, app)
 
 
-@app.command()
-def materials(name: Name = None, as_json: Json = False) -> None:
-    """List the materials, or the constants of one with unit, source and confidence."""
-    from studies import materials as shipped
+class Kind(StrEnum):
+    """What ships."""
 
-    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).document(), _list_materials, _show_material)
-
-
-def _quantity(flag: str, words: str) -> Any:
-    return typer.Option(flag, metavar="QUANTITY", help=words)
+    MATERIALS = "materials"
+    LAWS = "laws"
+    SCENARIOS = "scenarios"
 
 
-@app.command()
-def laws(
-    name: Name = None,
+@app.command("list")
+def list_kind(
+    kind: Annotated[Kind, typer.Argument(metavar="KIND", help="materials, laws or scenarios.")],
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List the materials, the published laws or the scenarios, or show one with units and sources."""
+    from studies import laws, materials, scenarios
+
+    if as_json and kind is Kind.MATERIALS:
+        documents = {each: materials.load(each).document() for each in ([name] if name else materials.names())}
+    elif as_json:
+        shipped = laws if kind is Kind.LAWS else scenarios
+        documents = {each: shipped.load(each).describe() for each in ([name] if name else shipped.names())}
+    if as_json:
+        print_json(documents[name] if name else [*documents.values()])
+    elif kind is Kind.MATERIALS:
+        _show_material(materials.load(name)) if name else _list_materials(map(materials.load, materials.names()))
+    elif kind is Kind.LAWS:
+        _show_law(laws.load(name)) if name else _list_laws(map(laws.load, laws.names()))
+    else:
+        _show_scenario(scenarios.load(name)) if name else _list_scenarios(map(scenarios.load, scenarios.names()))
+
+
+def _list_materials(materials: "Iterable[Material]") -> None:
+    rows = (
+        (
+            *(each.name, each.title, each.family, _value(each.density, each.sources["density"].unit)),
+            *(each.eos.kind, each.strength.kind),
+        )
+        for each in materials
+    )
+    print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
+
+
+def _show_material(material: "Material") -> None:
+    print(f"{material.name}: {material.title} ({material.family}; {material.eos.kind}, {material.strength.kind})")
+    stated = sorted(material.sources.items(), key=lambda item: item[0].startswith("yield_stresses."))
+    rows = (
+        (path.replace("yield_stresses.", "yield stress: "), _value(each.value, each.unit), each.confidence, each.source)
+        for path, each in stated
+    )
+    print_table(("constant", "value", "confidence", "source"), rows)
+
+
+def _list_laws(laws: "Iterable[Law]") -> None:
+    rows = ((law.name, law.title, law.quantity, law.use.partition(" (")[0]) for law in laws)
+    print_table(("name", "title", "quantity", "use"), rows)
+
+
+def _show_law(law: "Law") -> None:
+    from studies.laws import limit_in_words
+
+    print(f"{law.name}: {law.title}, for {law.quantity}")
+    print(f"  equation  {law.equation}")
+    print(f"  source    {law.source} ({law.confidence})")
+    print(f"  use       {law.use}")
+    scatter = "not published" if law.scatter is None else f"{law.scatter:.0%} (relative standard deviation)"
+    print(f"  scatter   {scatter}")
+    rows = ((limit_in_words(each), each.source, "yes" if each.machine_checked else "no") for each in law.range.every)
+    print_table(("range", "source of the limit", "checked"), rows)
+
+
+def _list_scenarios(scenarios: "Iterable[Scenario]") -> None:
+    print_table(("name", "title", "measures"), ((s.name, s.title, ", ".join(s.measurements)) for s in scenarios))
+
+
+def _show_scenario(scenario: "Scenario") -> None:
+    print(f"{scenario.name}: {scenario.title}\n{scenario.description}")
+    print(f"measures: {', '.join(scenario.measurements)}")
+    parameters = declared(scenario.parameters).values()
+    rows = ((each.name, _default(each), each.limit(), each.meaning) for each in parameters)
+    print_table(("parameter", "default", "allowed", "meaning"), rows)
+
+
+def _default(parameter: Parameter) -> str:
+    if parameter.required:
+        return "required"
+    return "" if parameter.default is None else _value(parameter.default, parameter.unit)
+
+
+def _value(value: float | str | None, unit: str | None) -> str:
+    """A value with its unit, as a sweep document writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value is None:
+        return "none"
+    return readable(value, unit) if unit and not isinstance(value, str) else str(value)
+
+
+# --- the laws about a shot ------------------------------------------------------------------------
+
+
+def _quantity(flag: str, words: str) -> typer.models.OptionInfo:
+    option: typer.models.OptionInfo = typer.Option(flag, metavar="QUANTITY", help=words)
+    return option
+
+
+@app.command("laws")
+def laws_about(
     at: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Ask every law about the shots of a file (YAML or JSON).")
     ] = None,
@@ -52,118 +152,14 @@ def laws(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List the published laws, show one, or ask all of them about a shot: --at FILE, or --speed, --projectile, ..."""
-    from studies import laws as shipped
-
-    names: tuple[str, ...] = ("speed", "projectile", "projectile_diameter", "projectile_length", "target")
-    names += ("plate_thickness", "bumper", "bumper_thickness", "stand_off", "wall_thickness", "wall", "obliquity")
-    options = locals()
-    given = {each: options[each] for each in names if options[each] is not None}
-    if at is not None or given:
-        print_answers(at, given, out, as_json=as_json)
-        return
-    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_laws, _show_law)
-
-
-@app.command()
-def scenarios(name: Name = None, as_json: Json = False) -> None:
-    """List the scenarios, or the parameters of one with limits and defaults."""
-    from studies import scenarios as shipped
-
-    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_scenarios, _show_scenario)
-
-
-def _show(
-    name: str | None,
-    as_json: bool,
-    names: Iterable[str],
-    describe: Callable[[str], Description],
-    show_all: Callable[[list[Description]], None],
-    show_entry: Callable[[Description], None],
-) -> None:
-    """Print an entry, or the list of all; raises InvalidInput for an unknown name."""
-    if name is not None:
-        entry = describe(name)
-        print_json(entry) if as_json else show_entry(entry)
-        return
-    entries = [describe(each) for each in names]
-    print_json(entries) if as_json else show_all(entries)
-
-
-def _list_materials(entries: list[Description]) -> None:
-    rows = (
-        (
-            *(entry["name"], entry["title"], entry["family"], _value(entry["density"])),
-            *(entry["eos"]["kind"], entry["strength"]["kind"]),
-        )
-        for entry in entries
-    )
-    print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
-
-
-def _show_material(material: Description) -> None:
-    print(f"{material['name']}: {material['title']} ({material['family']})")
-    rows = [(path, _value(each), each["confidence"], each["source"]) for path, each in _constants(material)]
-    rows += [
-        (f"yield stress: {each['label']}", _value(each), each["confidence"], each["source"])
-        for each in material["yield_stresses"]
-    ]
-    print_table(("constant", "value", "confidence", "source"), rows)
-
-
-def _constants(material: Description) -> Iterable[tuple[str, Description]]:
-    """The constants of a material by dotted path; the kind of a section first."""
-    for key, entry in material.items():
-        if isinstance(entry, Mapping):
-            if "value" in entry:
-                yield key, entry
-                continue
-            for name, constant in entry.items():
-                kind = {"value": constant, "unit": None, "source": "", "confidence": ""}
-                yield f"{key}.{name}", constant if isinstance(constant, Mapping) else kind
-
-
-def _list_laws(entries: list[Description]) -> None:
-    from studies.laws import DRAWN_ONLY
-
-    uses = ("drawn only" if law["confidence"] in DRAWN_ONLY else "verdict" for law in entries)
-    rows = ((law["name"], law["title"], law["quantity"], use) for law, use in zip(entries, uses, strict=True))
-    print_table(("name", "title", "quantity", "use"), rows)
-
-
-def _show_law(law: Description) -> None:
-    print(f"{law['name']}: {law['title']}, for {law['quantity']}")
-    print(f"  equation  {law['equation']}")
-    print(f"  source    {law['source']} ({law['confidence']})")
-    print(f"  use       {law['use']}")
-    scatter = law["scatter"]
-    words = "not published" if scatter is None else f"{scatter:.0%} (relative standard deviation)"
-    print(f"  scatter   {words}")
-    rows = ((each["words"], each["source"], "yes" if each["machine_checked"] else "no") for each in law["range"])
-    print_table(("range", "source of the limit", "checked"), rows)
-
-
-def _list_scenarios(entries: list[Description]) -> None:
-    rows = ((each["name"], each["title"], ", ".join(each["measurements"])) for each in entries)
-    print_table(("name", "title", "measures"), rows)
-
-
-def _show_scenario(scenario: Description) -> None:
-    print(f"{scenario['name']}: {scenario['title']}\n{scenario['description']}")
-    print(f"measures: {', '.join(scenario['measurements'])}")
-    rows = ((each["name"], _default(each), each["limit"], each["meaning"]) for each in scenario["parameters"])
-    print_table(("parameter", "default", "allowed", "meaning"), rows)
-
-
-def _default(parameter: Description) -> str:
-    if parameter["required"]:
-        return "required"
-    return "" if parameter["default"] is None else _value({"value": parameter["default"], **parameter})
-
-
-def _value(quantity: Description) -> str:
-    """A value with its unit, as a sweep document writes it."""
-    value, unit = quantity["value"], quantity["unit"]
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return readable(value, unit) if unit and isinstance(value, int | float) else str(value)
+    """Ask all published laws about a shot: --at FILE, or --speed, --projectile, ..."""
+    asked = {
+        **{"speed": speed, "projectile": projectile, "projectile_diameter": projectile_diameter},
+        **{"projectile_length": projectile_length, "target": target, "plate_thickness": plate_thickness},
+        **{"bumper": bumper, "bumper_thickness": bumper_thickness, "stand_off": stand_off},
+        **{"wall_thickness": wall_thickness, "wall": wall, "obliquity": obliquity},
+    }
+    given = {name: value for name, value in asked.items() if value is not None}
+    if at is None and not given:
+        raise refusal("laws", "no shot", "--at FILE, or --speed, ...", "name a shot; `whipple list laws` lists them")
+    print_answers(at, given, out, as_json=as_json)

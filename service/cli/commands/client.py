@@ -1,33 +1,12 @@
 """Requests to a service over HTTP."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.commands.options import (
-    FAILURE,
-    SOME_FAILED,
-    SUCCESS,
-    Accuracy,
-    EveryColumn,
-    Json,
-    KeepOption,
-    KeyFile,
-    Laws,
-    Out,
-    Overwrite,
-    RunArgument,
-    SweepArgument,
-    SweepFile,
-    Url,
-    client_of,
-    document_of,
-    folder_of,
-)
+from service.cli.commands import REQUESTS, Commands
 from service.cli.console import (
     print_event,
     print_json,
@@ -37,14 +16,33 @@ from service.cli.console import (
     print_sweeps,
     print_warnings,
 )
+from service.cli.options import (
+    FAILURE,
+    SOME_FAILED,
+    SUCCESS,
+    Accuracy,
+    EveryColumn,
+    Json,
+    KeepOption,
+    KeyFile,
+    Laws,
+    Overwrite,
+    SweepArgument,
+    SweepFile,
+    Url,
+    client_of,
+    document_of,
+    folder_of,
+)
 from studies.quantities.display import escaped
 from studies.quantities.files import ARCHIVE
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
     from service.client.client import SweepHandle, SweepStatus
 
 app = typer.Typer()
+COMMANDS = Commands("client", REQUESTS, app)
 
 
 @app.command()
@@ -88,21 +86,32 @@ def status(
         typer.Argument(metavar="[ID]", help="Id of a sweep, or its beginning; by default all sweeps are shown."),
     ] = None,
     watch: Annotated[bool, typer.Option("--watch", help="Print events until the sweep has ended.")] = False,
+    runs: Annotated[
+        bool, typer.Option("--runs", help="List its runs, each with its state and, if it failed, the reason.")
+    ] = False,
+    state: Annotated[
+        str | None, typer.Option(help="List only runs in this state: queued, running, succeeded, failed, ...")
+    ] = None,
     as_json: Json = False,
     url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
-    """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen."""
+    """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen; --runs: its runs."""
     if watch and (as_json or id is None):
-        raise InvalidInput([Finding("--watch", "--watch", "with an ID and without --json", "leave it out")])
+        raise refusal("--watch", "--watch", "with an ID and without --json", "leave it out")
+    if (runs or state) and id is None:
+        raise refusal("--runs", "--runs", "with an ID", "name a sweep")
     with client_of(url, key_file) as client:
         if id is None:
             sweeps = list(client.sweeps())
             print_json([vars(sweep) for sweep in sweeps]) if as_json else print_sweeps(sweeps)
             return
         handle = client.find_sweep(id)
-        status = handle.status()
-        print_json(vars(status)) if as_json else print_sweep(status)
+        if runs or state:
+            _print_runs(handle, state, as_json=as_json)
+            return
+        now = handle.status()
+        print_json(vars(now)) if as_json else print_sweep(now)
         if watch:
             for event in handle.events():
                 print_event(event)
@@ -111,76 +120,59 @@ def status(
             raise typer.Exit(_exit_status(ended))
 
 
-@app.command()
-def runs(
-    id: SweepArgument,
-    state: Annotated[
-        str | None, typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ...")
-    ] = None,
-    as_json: Json = False,
-    url: Url = None,
-    key_file: KeyFile = None,
-) -> None:
-    """List the runs of a sweep, each with its state and, if it failed, the reason."""
+def _print_runs(handle: "SweepHandle", state: str | None, *, as_json: bool) -> None:
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    with client_of(url, key_file) as client:
-        handle = client.find_sweep(id)
-        if as_json:
-            print_json(list(handle.runs(state)))
-            return
-        sweep = Sweep.parse(handle.document(), ACCEPTED)
-        units = {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
-        print_points(handle.runs(state), units)
+    if as_json:
+        print_json(list(handle.runs(state)))
+        return
+    sweep = Sweep.parse(handle.document(), ACCEPTED)
+    print_points(handle.runs(state), {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)})
 
 
 @app.command()
 def fetch(
-    id: SweepArgument,
-    out: Out,
+    id: Annotated[str, typer.Argument(metavar="ID", help="Id of a sweep, or of a run, or the beginning of it.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the files.")] = None,
     overwrite: Overwrite = False,
     every_column: EveryColumn = False,
     whole: Annotated[
         bool, typer.Option("--zip", help="Download everything as OUT/archive.zip: files of the runs, digests too.")
     ] = False,
+    run: Annotated[
+        bool, typer.Option("--run", help="Download the files of the run ID: result, final state, film, log.")
+    ] = False,
+    log: Annotated[
+        bool, typer.Option("--log", help="Print what the solver wrote in the last attempt of the run ID, up to now.")
+    ] = False,
     url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
-    """Download cube and report of a sweep, or all of its files."""
+    """Download cube and report of a sweep, all of its files, or those of one run."""
     with client_of(url, key_file) as client:
-        if whole:
-            print(client.find_sweep(id).fetch_archive(folder_of(out) / ARCHIVE))
+        if log:
+            print(escaped(client.log(client.find_run(id))), end="")
             return
-        folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite, every_column=every_column)
-    print(f"report: {folder / 'report.html'}")
-
-
-@app.command("fetch-run")
-def fetch_run(
-    run: RunArgument,
-    out: Annotated[Path, typer.Option(help="Folder for the files of the run.")],
-    url: Url = None,
-    key_file: KeyFile = None,
-) -> None:
-    """Download the stored files of a run: result, final state, film, log."""
-    with client_of(url, key_file) as client:
-        folder = client.fetch_run(client.find_run(run), folder_of(out))
-    print(", ".join(sorted(str(file) for file in folder.iterdir())))
-
-
-@app.command()
-def log(run: RunArgument, url: Url = None, key_file: KeyFile = None) -> None:
-    """Print the output of the solver in the last attempt of a run, up to now."""
-    with client_of(url, key_file) as client:
-        print(escaped(client.log(client.find_run(run))), end="")
+        if out is None:
+            raise refusal("--out", "none", "a folder", "give --out DIR")
+        if run:
+            folder = client.fetch_run(client.find_run(id), folder_of(out))
+            print(", ".join(sorted(str(file) for file in folder.iterdir())))
+        elif whole:
+            print(client.find_sweep(id).fetch_archive(folder_of(out) / ARCHIVE))
+        else:
+            done = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite, every_column=every_column)
+            print(f"report: {done / 'report.html'}")
 
 
 @app.command()
 def cancel(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Stop a sweep. The results so far are published."""
-    with _commanding(id, url, key_file) as handle:
+    with client_of(url, key_file) as client:
+        handle = client.find_sweep(id)
         handle.cancel()
+        print_sweep(handle.status())
 
 
 @app.command()
@@ -193,35 +185,34 @@ def retry(
     key_file: KeyFile = None,
 ) -> None:
     """Compute cancelled, failed and lost runs again, then publish again."""
-    with _commanding(id, url, key_file) as handle:
+    with client_of(url, key_file) as client:
+        handle = client.find_sweep(id)
         handle.retry(verdicts=verdicts)
+        print_sweep(handle.status())
 
 
-# "-5" is a number here, not an option.
-@app.command(context_settings={"ignore_unknown_options": True})
-def priority(
+@app.command()
+def change(
     id: SweepArgument,
-    number: Annotated[int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")],
+    priority: Annotated[
+        int | None, typer.Option(help="-100 to 100; smaller numbers are computed first. Running runs continue.")
+    ] = None,
+    pin: Annotated[
+        bool | None, typer.Option("--pin/--unpin", help="Whether it is never deleted, by hand or by a rule.")
+    ] = None,
     url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
-    """Change the priority of a sweep; running runs continue."""
-    with _commanding(id, url, key_file) as handle:
-        handle.prioritise(number)
-
-
-@app.command()
-def pin(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
-    """Keep a sweep: it is not deleted, by hand or by a rule of retention, until `whipple unpin`."""
-    with _commanding(id, url, key_file) as handle:
-        handle.pin()
-
-
-@app.command()
-def unpin(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
-    """Let a pinned sweep be deleted again."""
-    with _commanding(id, url, key_file) as handle:
-        handle.pin(pinned=False)
+    """Change the priority of a sweep, or pin it, so that it is never deleted."""
+    if priority is None and pin is None:
+        raise refusal("change", "nothing", "--priority, --pin or --unpin", "give one of them")
+    with client_of(url, key_file) as client:
+        handle = client.find_sweep(id)
+        if priority is not None:
+            handle.prioritise(priority)
+        if pin is not None:
+            handle.pin(pinned=pin)
+        print_sweep(handle.status())
 
 
 @app.command()
@@ -234,34 +225,22 @@ def delete(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None
 
 
 @app.command()
-def queue(as_json: Json = False, url: Url = None, key_file: KeyFile = None) -> None:
-    """Show the queue: its jobs by state, its leader, and what blocks it."""
+def queue(
+    pause: Annotated[
+        bool | None,
+        typer.Option("--pause/--resume", help="Start no more runs, or start them again; running runs continue."),
+    ] = None,
+    as_json: Json = False,
+    url: Url = None,
+    key_file: KeyFile = None,
+) -> None:
+    """Show the queue: its jobs by state, its leader, and what blocks it. Pause or resume it."""
     with client_of(url, key_file) as client:
-        state = client.queue()
+        if pause is None:
+            state = client.queue()
+        else:
+            state = client.pause() if pause else client.resume()
     print_json(state) if as_json else print_queue(state)
-
-
-@app.command()
-def pause(url: Url = None, key_file: KeyFile = None) -> None:
-    """Stop starting runs. Running runs continue; sweeps are accepted and published."""
-    with client_of(url, key_file) as client:
-        print_queue(client.pause())
-
-
-@app.command()
-def resume(url: Url = None, key_file: KeyFile = None) -> None:
-    """Start runs again."""
-    with client_of(url, key_file) as client:
-        print_queue(client.resume())
-
-
-@contextmanager
-def _commanding(id: str, url: str | None, key_file: Path | None) -> "Iterator[SweepHandle]":
-    """A sweep that receives a command in the block; its status is printed afterwards."""
-    with client_of(url, key_file) as client:
-        handle = client.find_sweep(id)
-        yield handle
-        print_sweep(handle.status())
 
 
 def _exit_status(ended: "SweepStatus") -> int:

@@ -1,17 +1,19 @@
-"""Sweeps on this machine, without a service; estimates, kernels."""
+"""Sweeps on this machine, without a service; estimates; the examples that ship."""
 
 import json
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.commands.answering import print_example
-from service.cli.commands.options import (
+from service.cli.commands import LOCAL, Commands
+from service.cli.commands.answering import print_examples
+from service.cli.console import print_cost, print_json, print_warnings
+from service.cli.options import (
     SOME_FAILED,
     SUCCESS,
     Accuracy,
@@ -27,16 +29,16 @@ from service.cli.commands.options import (
     folder_of,
     settings_of,
 )
-from service.cli.console import print_cost, print_json, print_warnings
 from solver.errors import WhippleError
 from studies.quantities.files import write_text
-from studies.quantities.findings import Finding, InvalidInput
-from studies.sweeps.document import read_sweep_file, read_yaml
+from studies.quantities.findings import refusal
+from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
     from service.cli.local import Finished
 
 app = typer.Typer()
+COMMANDS = Commands("computing", LOCAL, app)
 
 Examples = Annotated[
     list[str] | None, typer.Argument(metavar="[EXAMPLE ...]", help="Examples that ship; by default holes and craters.")
@@ -50,7 +52,14 @@ KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that 
 
 @app.command()
 def demo(
-    names: Examples = None, out: Out = Path("demo"), threads: Threads = None, every_example: EveryExample = False
+    names: Examples = None,
+    out: Out = Path("demo"),
+    threads: Threads = None,
+    every_example: EveryExample = False,
+    warm: Annotated[
+        bool,
+        typer.Option("--warm", help="Only compile the kernels of the examples, with both recipes, into the cache."),
+    ] = False,
 ) -> None:
     """Ask laws and shots about a shield, and compute example sweeps: holes and craters, or those that are named."""
     from service.cli.local import STORE_OF_FOLDER, run_sweeps
@@ -58,10 +67,13 @@ def demo(
     from studies.sweeps import examples
 
     begin = time.perf_counter()
-    chosen = examples.names() if every_example else names or DEMO
+    chosen = examples.names() if every_example or (warm and not names) else names or DEMO
     documents = {name: read_yaml(examples.text(name), name) for name in chosen}
+    if warm:
+        _compile_kernels([*documents.values()], begin)
+        return
     folder = folder_of(out)
-    print_example(folder / "shield.html")
+    print_examples(folder)
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
     statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]
@@ -120,7 +132,7 @@ def continue_growing(
 
     if output is None and not (folder / STORE_OF_FOLDER).is_dir():
         cure = "give the folder of a sweep that was computed on this machine; --output FILE is for those of a service"
-        raise InvalidInput([Finding("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)])
+        raise refusal("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)
     sweep, points = with_later_ends(folder)
     if not points:
         print(f"{sweep.name}: no run was still growing at its latest end")
@@ -149,32 +161,18 @@ def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) 
     sweep = Sweep.parse(document_of(file, accuracy=accuracy), SweepLimits(max_runs=limit))
     cost, presets = cost_of(sweep), list(presets_of(sweep, limit))
     if as_json:
-        print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(each) for each in presets]})
+        print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(preset) for preset in presets]})
     else:
         print_cost(sweep.name, cost, presets)
     print_warnings(sweep)
 
 
-@app.command()
-def warm(
-    files: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[SWEEP.yaml ...]", help="Sweep files; by default all examples, with both recipes."),
-    ] = None,
-) -> None:
-    """Compile the kernels of sweeps into the cache, before the first run needs them."""
-    from studies.sweeps import examples
-    from studies.sweeps.sweep import Sweep
-
-    if files:
-        documents = [Sweep.parse(read_sweep_file(file)).document() for file in files]
-    else:
-        documents = [read_yaml(examples.text(name), name) for name in examples.names()]
-        documents += [{**each, "fixed": {**each.get("fixed", {}), "recipe": "thesis"}} for each in documents]
-    begin = time.perf_counter()
+def _compile_kernels(documents: Sequence[Mapping[str, Any]], begin: float) -> None:
+    """Compile the kernels of sweeps, with both recipes, before the first run needs them."""
+    thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
     # In a child process, because this one never loads the solver.
     child = subprocess.run(
-        [sys.executable, *KERNELS], check=False, input=json.dumps(documents), capture_output=True, text=True
+        [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
     )
     if child.returncode:
         raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")

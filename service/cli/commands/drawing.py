@@ -6,13 +6,15 @@ from typing import Annotated
 
 import typer
 
-from service.cli.commands.options import folder_of
+from service.cli.commands import LOCAL, Commands
 from service.cli.console import print_table
+from service.cli.options import folder_of
 from studies.quantities.display import printed_in, with_unit
-from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.quantities.findings import refusal
 from studies.sweeps.document import no_such_file
 
 app = typer.Typer()
+COMMANDS = Commands("drawing", LOCAL, app, place=1)
 
 
 @app.command()
@@ -24,54 +26,39 @@ def export(
     vtk: Annotated[
         Path | None, typer.Option(help="Folder for VTK files: film.pvd with a VTU file per frame, state.vtu.")
     ] = None,
+    movie: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The film as a moving picture: .gif, or .mp4 (ffmpeg, or the extra video)."),
+    ] = None,
+    field: Annotated[
+        str, typer.Option(help="Its colours: speed, pressure, temperature, plastic_strain or damage.")
+    ] = "speed",
+    fps: Annotated[int, typer.Option(min=1, max=60, help="Its frames in a second.")] = 10,
     zarr: Annotated[
         Path | None, typer.Option(help="Zarr store of the cube: a folder, or a file NAME.zarr.zip.")
     ] = None,
     csv: Annotated[Path | None, typer.Option(help="Table of the runs of the cube, with every column.")] = None,
 ) -> None:
-    """Convert film and final state of a run to VTK files for ParaView, or a cube to Zarr and CSV."""
+    """Convert film and final state of a run to VTK files or a moving picture, or a cube to Zarr and CSV."""
     from studies.cubes.exports import export_csv, export_zarr
     from studies.cubes.reading import open_cube
+    from studies.films.film_dataset import open_film
+    from studies.reports.drawing.animation import animate
     from studies.runs.exports import export_vtk, files_of
 
-    if not (vtk or zarr or csv):
-        raise refusal(
-            "export", str(source), "--vtk, --zarr or --csv", "name what is to be written, for example --vtk out"
-        )
+    if not (vtk or movie or zarr or csv):
+        cure = "name what is to be written, for example --vtk out"
+        raise refusal("export", str(source), "--vtk, --movie, --zarr or --csv", cure)
     if not source.exists():
-        raise _no_such_file(source)
+        raise no_such_file(source, example="give the film.npz of a run that kept its film, or its folder")
     written = [] if vtk is None else export_vtk(files_of(source), folder_of(vtk))
+    if movie:
+        written.append(animate(open_film(source), movie, field, fps))
     if zarr or csv:
         cube = open_cube(source)
         written += [export_zarr(cube, zarr)] if zarr else []
         written += [export_csv(cube, csv)] if csv else []
     print("open " + ", ".join(map(str, written)))
-
-
-@app.command()
-def film(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="film.npz of a run, or its folder.")],
-    out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 (ffmpeg, or the extra video).")
-    ],
-    field: Annotated[
-        str, typer.Option(help="Colours: speed, pressure, temperature, plastic_strain or damage.")
-    ] = "speed",
-    fps: Annotated[int, typer.Option(min=1, max=60, help="Frames in a second.")] = 10,
-) -> None:
-    """Draw the film of a run as a GIF or an MP4: a section, coloured by a field, with one scale for all frames."""
-    from studies.films.film_dataset import open_film
-    from studies.reports.drawing.animation import animate
-
-    if not run.exists():
-        raise _no_such_file(run)
-    opened = open_film(run)
-    written = animate(opened, out, field, fps)
-    print(f"{opened.sizes['time']} frames: {written}")
-
-
-def _no_such_file(file: Path) -> InvalidInput:
-    return no_such_file(file, example="give the film.npz of a run that kept its film, or its folder")
 
 
 @app.command()
@@ -91,7 +78,7 @@ def plot(
 
     formats = [name for name in FORMATS if name == format.lower()]
     if not formats:
-        raise InvalidInput([Finding("--format", format, ", ".join(FORMATS), "write one of these")])
+        raise refusal("--format", format, ", ".join(FORMATS), "write one of these")
     files = draw_figures(cube, folder_of(out), formats[0]) if other is None else _compared(cube, other, out, formats[0])
     for file in files:
         print(file)
@@ -108,14 +95,14 @@ def _compared(cube: Path, other: Path, out: Path, format: str) -> list[Path]:
         print(f"fixed and not the same: {'; '.join(' / '.join(words) for words in both.others.values())}")
     dataset = both.views[0].dataset
     rows = []
-    for each in both.differences():
-        values = [printed_in(value, each.scale.unit) for value in each.values]
+    for difference in both.differences():
+        values = [printed_in(value, difference.scale.unit) for value in difference.values]
         share, bars = (
             f"{value:{style}}" if math.isfinite(value) else ""
-            for value, style in ((each.relative, "+.1%"), (each.in_bars, "+.1f"))
+            for value, style in ((difference.relative, "+.1%"), (difference.in_bars, "+.1f"))
         )
-        at = title_of(dataset, each.at)
-        rows.append((with_unit(each.scale.label, each.scale.unit), at, *values, share, bars))
+        at = title_of(dataset, difference.at)
+        rows.append((with_unit(difference.scale.label, difference.scale.unit), at, *values, share, bars))
     if rows:
         print_table(("quantity", "at", *both.names, "difference", "in error bars"), rows)
     else:

@@ -220,7 +220,7 @@ CASE = ValidationCase(
     says="holes in aluminium and copper grow with the speed from 2 to 7 km/s in plates of 0.1 to 0.6 diameters "
     "(aluminium at 0.1 and 7 km/s on two grids); of each law of holes the mean residual, its trend with speed and "
     "thickness, and where the law leaves its range",
-    source="the laws of holes, which whipple laws lists",
+    source="the laws of holes, which whipple list laws lists",
     sweeps=_sweeps,
     rows=_rows,
     pictures=_pictures,

@@ -35,7 +35,7 @@ def animate(film: Dataset, file: Path, field: str = SPEED, frames_per_second: in
     """
     writer_of = WRITERS.get(file.suffix.lower())
     if writer_of is None:
-        raise refusal("OUT", str(file), " or ".join(WRITERS), "name a file with one of these endings")
+        raise refusal("--movie", str(file), " or ".join(WRITERS), "name a file with one of these endings")
     if writer_of is FFMpegWriter:
         _find_ffmpeg()
     fields = [str(name) for name in film if name != "position"]

@@ -62,7 +62,7 @@ def _run_variables(dataset: xr.Dataset) -> list[str]:
 
 def _audit(dataset: xr.Dataset) -> Iterator[Audited]:
     places = places_of(dataset)
-    for number in audit.AUDIT:
+    for number in audit.audit_numbers():
         name, limit = number.variable.name, number.limit
         if number.shown and name in dataset and np.isfinite(dataset[name]).any():
             values = dataset[name].values.ravel()

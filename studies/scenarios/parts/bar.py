@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from solver.matter.laws import Matter
     from solver.problem import Body, Face
+    from solver.state import Snapshot
+    from studies.measurements.bar import BarView
 
 BarSpeed = Annotated[
     MetrePerSecond, Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3)
@@ -43,7 +45,7 @@ class Wall:
     ] = "axisymmetric"
     section: Annotated[
         Literal["round", "square"],
-        Described("section of the bar; a square one, whose side is bar_diameter, in three dimensions", neutral=True),
+        Described("section of the bar; a square one, whose side is bar_diameter, in three dimensions"),
     ] = "round"
     wall: Annotated[
         Literal["unilateral", "symmetric"],
@@ -232,8 +234,13 @@ class Bar:
 class BarSetUp(SetUp):
     """The parameters of a bar: which, its scenario says."""
 
-    viewed_by = "bar"
     cells_per_diameter: float
+
+    @staticmethod
+    def view(setting: BarSetting, snapshot: "Snapshot") -> "BarView":
+        from studies.measurements.bar import view
+
+        return view(setting, snapshot)
 
     def cells(self) -> dict[str, float]:
         return {"cells_per_diameter": self.cells_per_diameter}

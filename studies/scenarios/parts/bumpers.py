@@ -1,12 +1,12 @@
 """The bumpers of a shield behind its first one: parameters by their place, and the list that a document has of them."""
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 from solver.units import Described, Metre
 from studies.quantities.findings import Finding, InvalidInput, refusal, unknown_keys
-from studies.quantities.parameters import MaterialName
+from studies.quantities.parameters import MaterialName, Places
 from studies.quantities.units import readable
 
 BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a shield has the first, and may have more
@@ -40,43 +40,35 @@ def by_place(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     return placed
 
 
-def _has(count: int) -> Callable[[Any], bool]:
-    """Whether a shield has so many bumpers."""
-    return lambda record: all(getattr(record, f"{name}_thickness") for name in BUMPERS[1:count])
+@dataclass(frozen=True, kw_only=True)
+class Bumper:
+    """A bumper behind the first one, which is there where it has a thickness."""
+
+    bumper: Annotated[MaterialName | None, Described("material of {place}")] = None
+    thickness: Annotated[Metre | None, Described("thickness of {place}, 0 for none", 0.0, 1.0)] = None
+    stand_off: Annotated[Metre | None, Described("space behind {place}", 1e-4, 10.0)] = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class FurtherBumpers:
-    """The bumpers behind the first one: each is there where it has a thickness, and all in front of it have."""
+    """The bumpers behind the first one, the outermost first."""
 
-    bumper_2: Annotated[MaterialName | None, Described("material of a second bumper", acts=_has(2))] = None
-    bumper_2_thickness: Annotated[
-        Metre, Described("thickness of a second bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_2_stand_off: Annotated[
-        Metre | None, Described("space behind the second bumper", 1e-4, 10.0, acts=_has(2))
-    ] = None
-    bumper_3: Annotated[MaterialName | None, Described("material of a third bumper", acts=_has(3))] = None
-    bumper_3_thickness: Annotated[
-        Metre, Described("thickness of a third bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_3_stand_off: Annotated[
-        Metre | None, Described("space behind the third bumper", 1e-4, 10.0, acts=_has(3))
-    ] = None
-    bumper_4: Annotated[MaterialName | None, Described("material of a fourth bumper", acts=_has(4))] = None
-    bumper_4_thickness: Annotated[
-        Metre, Described("thickness of a fourth bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_4_stand_off: Annotated[
-        Metre | None, Described("space behind the fourth bumper", 1e-4, 10.0, acts=_has(4))
-    ] = None
+    bumpers: Annotated[tuple[Bumper, ...], Places(BUMPERS[1:], "bumper")] = ()
+
+    def filled(self) -> Self:
+        """Without those at the end that have no thickness."""
+        count = max((place for place, each in enumerate(self.bumpers, 1) if each.thickness), default=0)
+        return replace(self, bumpers=self.bumpers[:count])
 
     def check(self) -> Iterator[Finding]:
         """A bumper has a space behind it and another one in front of it."""
-        for place, name in enumerate(BUMPERS[1:], 2):
-            thickness, behind = f"{name}_thickness", f"{name}_stand_off"
-            if getattr(self, thickness) and not _has(place)(self):
-                value, before = readable(getattr(self, thickness), "m"), f"{BUMPERS[place - 2]}_thickness"
-                yield Finding(thickness, value, f"0 m without {BUMPERS[place - 2]}", f"give {before}")
-            elif getattr(self, thickness) and getattr(self, behind) is None:
+        for place, bumper in enumerate(self.bumpers, 1):
+            name, before = BUMPERS[place], BUMPERS[place - 1]
+            if not bumper.thickness:
+                continue
+            if not all(each.thickness for each in self.bumpers[:place]):
+                value, limit = readable(bumper.thickness, "m"), f"0 m without {before}"
+                yield Finding(f"{name}_thickness", value, limit, f"give {before}_thickness")
+            elif bumper.stand_off is None:
+                behind = f"{name}_stand_off"
                 yield Finding(behind, "nothing", f"the space behind {name}", f"give {behind}")

@@ -10,12 +10,14 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
-from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES
+from studies.quantities.numerical_defaults import DEFAULT_FAILURE, FEW_PARTICLES, RECIPES
+from studies.quantities.parameters import declared
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
+from studies.scenarios.parts.bumpers import FurtherBumpers
 from studies.scenarios.parts.lattice import (
     SECTORS,
     BodyPoints,
@@ -27,18 +29,20 @@ from studies.scenarios.parts.lattice import (
     slab_clamp,
 )
 from studies.scenarios.parts.matter import Fracture, check_boiling, check_constants, check_eos, matter, yield_stress
-from studies.scenarios.parts.method import ON_GRID, MethodChoice
+from studies.scenarios.parts.method import ON_GRID, check_method
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, ShotOptions
+from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, Shot
 
 if TYPE_CHECKING:
     import numpy as np
 
     from solver.matter.laws import Matter
     from solver.problem import Absorber, Body, Face, Problem
+    from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.measurements.impact.view import ImpactView
 
 SOUND_SPEED = 5000.0  # m/s, in the estimate of the number of steps
 
@@ -86,7 +90,7 @@ SHOT = frozenset(
         *("target", "plate_thickness", "plate_radius", "target_depth", "target_radius", "edges", "beyond_edge"),
         *("bumper", "wall", "bumper_thickness", "bumper_radius", "stand_off", "wall_thickness", "wall_radius"),
         *("cells_per_wall", "wall_time"),
-        *(f"bumper_{place}{what}" for place in (2, 3, 4) for what in ("", "_thickness", "_stand_off")),
+        *declared(FurtherBumpers),
         *("geometry", "cells_per_diameter", "offset", "end_time", "stop", "settled_growth", "settled_window"),
         "film_interval",
     }
@@ -106,16 +110,12 @@ class ImpactSetting(Setting):
 
 @dataclass(frozen=True)
 class Impact:
-    """A projectile in front of a plate or block; what is asked of it needs filled records.
+    """A projectile in front of a plate or block; what is asked of it needs filled parameters.
 
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
 
-    shot: ShotOptions
-    fracture: Fracture
-    numerics: Numerics
-    angles: Angles = UPRIGHT
-    method: MethodChoice = ON_GRID
+    parameters: "ImpactSetUp"
     _: KW_ONLY
     thickness: float  # of the target, m
     radius: float  # of the target, m: half its width where it is square
@@ -123,12 +123,27 @@ class Impact:
     target: str = "target"  # name of the target's body, and of the parameter of its material
     expansion: float = math.inf  # as in ``solver.problem.Retirement``
 
+    @property
+    def shot(self) -> Shot:
+        """The projectile, and the grid that it flies in."""
+        return self.parameters.shot
+
+    @property
+    def numerics(self) -> Numerics:
+        """The numerics."""
+        return self.parameters.numerics
+
+    @property
+    def angles(self) -> Angles:
+        """The directions of flight and axis."""
+        return self.parameters.angles
+
     def check(self, materials: Materials) -> list[Finding]:
         """Findings that any impact may have."""
         return [
             *self.shot.check(),
-            *self.numerics.check(self.shot.end_time, self.method),
-            *self.fracture.check(materials),
+            *self.numerics.check(self.shot.end_time, self.parameters.method),
+            *self.parameters.fracture.check(materials),
             *check_eos(self.shot.eos_form, materials),
             *check_constants(materials),
             *check_boiling(self.numerics.choices.tension, self.shot.thermal_softening, materials),
@@ -220,7 +235,7 @@ class Impact:
             absorbers=self._absorbers(target.matter),
             end_time=self.end_time,
             retirement=None if follows else Retirement(body=1, after=self.clear, expansion=self.expansion),
-            **self.numerics.arguments(self.method),
+            **self.numerics.arguments(self.parameters.method),
         )
 
     def grid(self) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
@@ -230,7 +245,7 @@ class Impact:
         shot, cell, diameter = self.shot, self.shot.cell, self.shot.projectile_diameter
         assert shot.uprange is not None
         assert shot.downrange is not None
-        beyond = 0.0 if shot.edges == "fixed" else shot.beyond_edge * diameter
+        beyond = (shot.beyond_edge or 0.0) * diameter
         before = math.ceil(shot.uprange * diameter / cell)
         before = max(before, math.ceil((self._height + 2.0 * cell) / cell))
         behind = math.ceil((self.thickness + shot.downrange * diameter) / cell)
@@ -309,19 +324,45 @@ class Impact:
             eos_form=self.shot.eos_form,
             thermal_softening=self.shot.thermal_softening,
             tension=self.numerics.choices.tension,
-            failure=self.fracture.of(material),
-            rubble_friction=self.fracture.rubble_friction,
+            failure=self.parameters.fracture.of(material),
+            rubble_friction=self.parameters.fracture.rubble_friction,
         )
         return body(name, made, geometry, where, velocity=velocity, density=material.density, volume=volume)
 
 
+@dataclass(frozen=True, kw_only=True)
 class ImpactSetUp(SetUp):
-    """The parameters of an impact: which, its scenario says."""
+    """The parameters that every impact has, and what follows from them."""
+
+    shot: Shot
+    fracture: Fracture
+    numerics: Numerics
+    # Of those that have them: parameters of their own.
+    angles = UPRIGHT
+    method = ON_GRID
+    settling = Settling()
 
     @property
     @abstractmethod
     def impact(self) -> Impact:
         """The projectile in front of its target."""
+
+    def with_shot(self, materials: Materials, *, end_time: float, failure: str = DEFAULT_FAILURE) -> Self:
+        """The parameters with shot, failure and numerics filled; ``end_time`` (s) and ``failure`` are defaults."""
+        return replace(
+            self,
+            shot=self.shot.filled(materials, self.numerics, self.method, end_time=end_time),
+            fracture=self.fracture.filled(materials, failure),
+            numerics=self.numerics.filled(materials, few=self.shot.geometry != "axisymmetric", method=self.method),
+        )
+
+    def check(self, materials: Materials) -> list[Finding]:
+        return [
+            *check_method(self),
+            *self.impact.check(materials),
+            *self.settling.check(self.shot.projectile_diameter),
+            *self.angles.check(self.shot),
+        ]
 
     def build(self, materials: Materials) -> Setting:
         return self.impact.build(materials)
@@ -332,6 +373,9 @@ class ImpactSetUp(SetUp):
     def cells(self) -> dict[str, float]:
         return self.impact.cells()
 
+    def rate(self, setting: Setting) -> ObservationRate:
+        return self.settling.rate
+
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
         if not self.experienced or not self.has_defaults(materials, SHOT):
@@ -339,36 +383,13 @@ class ImpactSetUp(SetUp):
         grids = {name: self.impact.mesh_grid(quantity, materials) for name, quantity in self.experienced.items()}
         return {name: grid for name, grid in grids.items() if grid is not None}
 
-    def sections(self, setting: Any) -> "SectionOptions":
+    def sections(self, setting: Setting) -> "SectionOptions":
         """Pictures while the projectile goes through, and when its debris is about to leave."""
         from studies.films.section import SectionOptions
 
         shot = self.impact.shot
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
-
-
-class SettlingImpact(ImpactSetUp):
-    """An impact that may end when what is measured on its target has settled."""
-
-    viewed_by = "impact.view"
-    settling: Settling
-
-    def rate(self, setting: Any) -> ObservationRate:
-        return self.settling.rate
-
-    @staticmethod
-    def numbers(view: Any) -> dict[str, float]:
-        """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
-
-        def share(keep: Any) -> float:
-            return float(view.mass[keep].sum()) / float(view.target_mass)
-
-        attached = view.attached_target
-        return {
-            "separated_mass_fraction": 1.0 - share(attached),
-            "fast_mass_fraction": share(attached & (view.speed > FAST)),
-        }
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The part of few particles, in the shape in which it was measured."""
@@ -378,6 +399,21 @@ class SettlingImpact(ImpactSetUp):
             coarse, fine = OF_FEW_PARTICLES[measurement]
             return {"particles": coarse if shot.cells_per_diameter < FINE else fine}
         return {}
+
+
+def seen(setting: ImpactSetting, snapshot: "Snapshot") -> "ImpactView":
+    """A state as the measurements of a target see it."""
+    from studies.measurements.impact.view import view
+
+    return view(setting, snapshot)
+
+
+def loose_and_fast(view: "ImpactView") -> dict[str, float]:
+    """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
+    attached = view.attached_target
+    loose = 1.0 - float(view.mass[attached].sum()) / float(view.target_mass)
+    fast = float(view.mass[attached & (view.speed > FAST)].sum()) / float(view.target_mass)
+    return {"separated_mass_fraction": loose, "fast_mass_fraction": fast}
 
 
 def outline(values: Mapping[str, Any], *, thickness: str, radius: str, target: str = "target") -> Outline | None:

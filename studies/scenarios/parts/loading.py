@@ -68,26 +68,20 @@ class Loading:
 
     pressure: Annotated[
         Pascal | None,
-        Described(
-            "pressure on the end away from the wall, a negative one pulls; by default none", -1e12, 1e12, neutral=True
-        ),
+        Described("pressure on the end away from the wall, a negative one pulls; by default none", -1e12, 1e12),
     ] = None
     pulse: Annotated[
         str | None,
         LongText(10_000),
         Described(
             f"course of the pressure: {ROW}, such as '0 us 0, 1 us 1, 10 us 1, 11 us 0'; linear in between, no "
-            "pressure before and after. By default the pressure stays on",
-            neutral=True,
+            "pressure before and after. By default the pressure stays on"
         ),
     ] = None
     gravity: Annotated[
         MetrePerSecondSquared,
         Described(
-            "acceleration of all matter by a body force, towards the wall; a negative one lifts off",
-            -1e12,
-            1e12,
-            neutral=True,
+            "acceleration of all matter by a body force, towards the wall; a negative one lifts off", -1e12, 1e12
         ),
     ] = 0.0
 

@@ -56,7 +56,7 @@ def _failure_parameter(kind: str, constant: str) -> Any:
     record = failures()[kind].record
     about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
     meaning = f"{about.meaning}; goes with failure {kind}"
-    mark = Described(meaning, about.minimum, about.maximum, neutral=True, usual=about.usual)
+    mark = Described(meaning, about.minimum, about.maximum, usual=about.usual)
     return Annotated[float | None, unit, mark]
 
 
@@ -87,7 +87,6 @@ _FailureParameters: Any = make_dataclass(
                     "cohesion",
                     0.0,
                     2.0,
-                    neutral=True,
                 ),
             ],
             field(default=0.0),
@@ -203,7 +202,7 @@ def matter(
     material: "Material",
     *,
     eos_form: str = HUGONIOT,
-    thermal_softening: bool = True,
+    thermal_softening: bool | None = True,
     tension: str = "recoverable",
     failure: Any = None,
     rubble_friction: float = 0.0,
@@ -277,11 +276,11 @@ def check_eos(form: str, materials: Materials) -> list[Finding]:
     return findings
 
 
-def check_boiling(tension: str, thermal_softening: bool, materials: Materials) -> list[Finding]:
+def check_boiling(tension: str, thermal_softening: bool | None, materials: Materials) -> list[Finding]:
     """A form that follows vapour has no tension where it boils, and a step there: melting has to end tension before."""
     if tensions()[tension].molten:
         name, value = "tension", tension
-    elif not thermal_softening:
+    elif thermal_softening is False:
         name, value = "thermal_softening", "false"
     else:
         return []

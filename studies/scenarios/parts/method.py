@@ -1,8 +1,8 @@
 """The method that computes a run, and what each cannot do."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 from solver.steppers import methods
 from solver.units import Described, Dimensionless
@@ -43,17 +43,19 @@ class MethodChoice:
     """The method of a scenario, with what smoothed particles take; a scenario with a choice offers its own."""
 
     artificial_stress: Annotated[
-        Dimensionless,
+        Dimensionless | None,
         Described(
             "artificial stress of smoothed particles, of each principal stress that pulls: it keeps them from clumping "
             "in tension; 0.3 in Gray, Monaghan and Swift (2001), by default none",
             0.0,
             1.0,
-            neutral=True,
-            acts=is_smoothed,
         ),
     ] = 0.0
     method: str = "mpm"
+
+    def filled(self) -> Self:
+        """The same method, with None for what goes with another one."""
+        return replace(self, artificial_stress=self.artificial_stress if is_smoothed(self) else None)
 
 
 ON_GRID = MethodChoice()
@@ -68,8 +70,7 @@ class ParticleMethod(MethodChoice):
         among("mpm", "sph"),
         Described(
             "material points on a grid (mpm), or the same particles smoothed over their neighbours (sph), in three "
-            "dimensions, whose viscosity is 1 and 2 unless it is stated",
-            neutral=True,
+            "dimensions, whose viscosity is 1 and 2 unless it is stated"
         ),
     ] = "mpm"
 
@@ -85,7 +86,7 @@ def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[F
         (meshed and given("section") == "round", "section", "set section to square"),
         (given("geometry") == "axisymmetric", "geometry", "set geometry to quarter"),
         (given("edges") == "absorbing", "edges", "set edges to fixed or free"),
-        (given("contact") not in contacts, "contact", f"set contact to {' or '.join(contacts)}"),
+        (given("contact") not in (*contacts, None), "contact", f"set contact to {' or '.join(contacts)}"),
         (given("scheme") != "musl", "scheme", "leave scheme out"),
         (bool(given("damping_rate")), "damping_rate", "leave damping_rate out"),
         (given("debris") == "retire", "debris", "set debris to follow"),

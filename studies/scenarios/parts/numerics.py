@@ -1,6 +1,6 @@
 """The numerics that every scenario shares: the parameters, the choices of a recipe, and the arguments of the solver."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
@@ -11,15 +11,18 @@ from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 from studies.quantities.parameters import Choice
 from studies.quantities.units import readable, round_quantity
+from studies.scenarios import Materials
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_on_grid, is_smoothed
 
 if TYPE_CHECKING:
     from solver.problem import ArtificialViscosity, Smoothing
+    from studies.materials import Material
 
 ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
 # The criterion (``solver.problem.Criterion``) of each contact on the grid.
 CRITERIA = {"bardenhagen": "STEP", "thesis": "MAPPED", "gap": "GAP"}
 BY_RECIPE = "by default that of the recipe"
+OF_TWO_BODIES = ("contact", "friction")  # parameters of which a single body has no use
 
 # Of smoothed particles in place of a recipe's, which is that of cells: Monaghan (1992), section 4.1.
 PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
@@ -39,26 +42,19 @@ def tensions() -> Mapping[str, Any]:
     return entries("solver.matter.tension", "TENSION")
 
 
-def has_stable_step(parameters: Any) -> bool:
-    """Whether the time step of a run follows from its state."""
-    return parameters.fixed_dt is None
+def limits_tension(rule: str, materials: Iterable["Material"]) -> bool:
+    """Whether a rule of tension acts: it needs no constants, or a material has them."""
+    record = tensions()[rule].record
+    constants = [material.taken(record) for material in materials]
+    return not marked(record, FromMaterial) or any(set(each.values()) != {None} for each in constants)
 
 
-def has_tensile_limit(run: Any) -> bool:
-    """Whether a material has the constants of a rule of tension; ``run`` has parameters and resolved materials."""
-    records = [entry.record for entry in tensions().values()]
-    paths = [mark.path for record in records for mark in marked(record, FromMaterial).values()]
-    return any(_states(material, path) for material in run.materials.values() for path in paths)
+def softens(stated: bool | None, materials: Iterable["Material"]) -> bool | None:
+    """Whether temperature softens materials, as it is stated; None where none of them melts."""
+    return stated if any(material.thermal.melt_temperature is not None for material in materials) else None
 
 
-def has_melting(run: Any) -> bool:
-    """Whether a material melts."""
-    return any(_states(each, "thermal.melt_temperature") for each in run.materials.values())
-
-
-ThermalSoftening = Annotated[
-    bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
-]
+ThermalSoftening = Annotated[bool | None, Described("whether temperature softens and melting takes all strength")]
 GridOffset = Annotated[
     Dimensionless,
     Described(
@@ -69,11 +65,6 @@ GridOffset = Annotated[
 ]
 
 
-def _states(material: Mapping[str, Any], path: str) -> bool:
-    section, _, name = path.partition(".")
-    return material.get(section, {}).get(name) is not None
-
-
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``.
@@ -81,10 +72,8 @@ class Numerics:
     The number of particles that is left out follows from the geometry first (``quantities.numerical_defaults``).
     """
 
-    recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (
-        "whipple"
-    )
-    shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}", acts=is_on_grid)] = None
+    recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out")] = "whipple"
+    shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}")] = None
     scheme: Annotated[
         SchemeName | None,
         Described(f"nodal velocity that strains the particles, and its time in the step; {BY_RECIPE}"),
@@ -100,22 +89,18 @@ class Numerics:
         Dimensionless | None, Described(f"quadratic artificial viscosity; {BY_RECIPE}", 0.0, 10.0)
     ] = None
     courant: Annotated[
-        Dimensionless | None,
-        Described(f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9, acts=has_stable_step),
+        Dimensionless | None, Described(f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9)
     ] = None
     step_rule: Annotated[
         StepRuleName | None,
         Described(
             "what the Courant number limits: signals through the matter (acoustic; how far matter moves is limited by "
-            f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}",
-            acts=lambda parameters: is_on_grid(parameters) and has_stable_step(parameters),
+            f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}"
         ),
     ] = None
     travel: Annotated[
         Dimensionless | None,
-        Described(
-            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}", 0.01, 1.0, acts=has_stable_step
-        ),
+        Described(f"largest part of a cell that a particle moves in a step; {BY_RECIPE}", 0.01, 1.0),
     ] = None
     damping_rate: Annotated[
         PerSecond | None,
@@ -124,36 +109,23 @@ class Numerics:
         ),
     ] = None
     damping_order: Annotated[
-        int | None,
-        Described(
-            f"order of the damping: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
-            1,
-            2,
-            acts=lambda parameters: bool(parameters.damping_rate),
-        ),
+        int | None, Described(f"order of the damping: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}", 1, 2)
     ] = None
     tension: Annotated[
-        str | None,
-        Choice(tensions),
-        Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}", acts=has_tensile_limit),
+        str | None, Choice(tensions), Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}")
     ] = None
     jaumann: Annotated[
-        bool,
-        Described(
-            "whether stress turns with the matter (Jaumann's rate), or its components stay as they are in space",
-            neutral=True,
-        ),
+        bool | None,
+        Described("whether stress turns with the matter (Jaumann's rate), or its components stay as they are in space"),
     ] = True
     contact: Annotated[
-        ContactName,
+        ContactName | None,
         Described(
             "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
             "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis)"
         ),
     ] = "none"
-    friction: Annotated[Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0, neutral=True)] = (
-        0.0
-    )
+    friction: Annotated[Dimensionless | None, Described("Coulomb friction of bodies in contact", 0.0, 10.0)] = 0.0
     fixed_dt: Annotated[
         Second | None, Described("constant time step instead of the stable one, for comparisons", 1e-15, 1e-3)
     ] = None
@@ -163,26 +135,42 @@ class Numerics:
             "time between two frames of a film, where one is kept; a thousandth of the run at least, a 48th by default",
             1e-15,
             1.0,
-            label=True,
         ),
     ] = None
 
-    def filled(self, *, few: bool = False, method: MethodChoice = ON_GRID) -> Self:
-        """The parameters with every one that was left out, from the recipe.
+    def filled(
+        self, materials: Materials, *, few: bool = False, method: MethodChoice = ON_GRID, unused: tuple[str, ...] = ()
+    ) -> Self:
+        """The parameters with every one that was left out, from the recipe, but for those that do not act.
 
-        But for the particles where ``few`` do, and for the viscosity of a method that smooths particles.
+        The number of particles is small where ``few`` do, and the viscosity that of a method that smooths particles;
+        ``unused`` are parameters of which a set-up has no use.
         """
         preset = RECIPES[self.recipe]
         if few:
             preset = replace(preset, particles_per_cell=FEW_PARTICLES)
         if is_smoothed(method):
             preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
-        return filled_from(self, preset)
+        filled = filled_from(self, preset)
+        if not limits_tension(filled.choices.tension, materials.values()):
+            unused = (*unused, "tension")
+        return filled.acting(*unused, method=method)
+
+    def acting(self, *unused: str, method: MethodChoice = ON_GRID) -> Self:
+        """Filled parameters with None for those that do not act beside the others, and for ``unused`` ones."""
+        idle = set(unused)
+        if self.fixed_dt is not None:
+            idle |= {"courant", "step_rule", "travel"}
+        if not is_on_grid(method):
+            idle |= {"shape", "step_rule"}
+        if not self.damping_rate:
+            idle.add("damping_order")
+        return replace(self, **dict.fromkeys(idle))  # type: ignore[arg-type]
 
     def check(self, end_time: float | None, method: MethodChoice = ON_GRID) -> list[Finding]:
         """Friction belongs to contact on the grid; a film has a bounded number of frames."""
         findings = []
-        if self.friction > 0.0 and self.contact not in CRITERIA:
+        if self.friction and self.contact not in CRITERIA:
             limit = "0 for bodies without contact on the grid"
             cure = "leave friction out" if is_smoothed(method) else "set contact to bardenhagen"
             findings.append(Finding("friction", f"{self.friction:g}", limit, cure))
@@ -195,8 +183,10 @@ class Numerics:
 
     @property
     def choices(self) -> Recipe:
-        """The filled parameters as a recipe: none of them is left out."""
-        return Recipe(**{name: getattr(self, name) for name in vars(RECIPES[self.recipe])})
+        """The filled parameters as a recipe: those that do not act are as it has them."""
+        recipe = RECIPES[self.recipe]
+        acting = {name: value for name in vars(recipe) if (value := getattr(self, name)) is not None}
+        return replace(recipe, **acting)
 
     def mean_step(self, cell: float, *, sound: float, speed: float) -> float:
         """The time step of a run, about (s), from the size of a cell (m) and the speeds of signals and matter (m/s)."""
@@ -214,7 +204,7 @@ class Numerics:
 
         recipe = self.choices
         viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
-        criterion = CRITERIA.get(self.contact)
+        criterion = CRITERIA.get(self.contact or "none")
         return {
             "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
             "scheme": Scheme[recipe.scheme.upper()],
@@ -223,8 +213,8 @@ class Numerics:
             "step_rule": StepRule[recipe.step_rule.upper()],
             "travel": recipe.travel,
             "damping": Damping(recipe.damping_rate, recipe.damping_order),
-            "stress_rate": Jaumann() if self.jaumann else Unturned(),
-            "contact": Contact(self.friction, Criterion[criterion]) if criterion else None,
+            "stress_rate": Unturned() if self.jaumann is False else Jaumann(),
+            "contact": Contact(self.friction or 0.0, Criterion[criterion]) if criterion else None,
             "fixed_dt": self.fixed_dt,
             "smoothing": self._smoothing(method, viscosity),
         }
@@ -236,7 +226,7 @@ class Numerics:
         if not is_smoothed(method):
             return None
         stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
-        return Smoothing(viscosity=viscosity, tensile=method.artificial_stress, stiffness=stiffness)
+        return Smoothing(viscosity=viscosity, tensile=method.artificial_stress or 0.0, stiffness=stiffness)
 
 
 Parameters = TypeVar("Parameters")

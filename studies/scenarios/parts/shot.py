@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian, Second
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, DebrisName
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import readable, round_quantity
-from studies.scenarios import ObservationRate
+from studies.scenarios import Materials, ObservationRate
 from studies.scenarios.parts.matter import eos_forms
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_smoothed
-from studies.scenarios.parts.numerics import BY_RECIPE, GridOffset, Numerics, ThermalSoftening, filled_from
+from studies.scenarios.parts.numerics import BY_RECIPE, GridOffset, Numerics, ThermalSoftening, filled_from, softens
 
 # As the latest end of a run: 5 us at 8 mm.
 WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
@@ -24,34 +24,18 @@ LEAST_WINDOW = 0.1
 # Beyond, a projectile skids along a plate that is too small to hold its path.
 STEEPEST = math.radians(75.0)
 
+TargetName = Annotated[MaterialName, Described("material of the target")]
+
 RADIUS = 3.5  # of a plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
 
-def has_free_rim(parameters: Any) -> bool:
-    """Whether the grid goes on outside the target's rim."""
-    return bool(parameters.edges != "fixed")
-
-
 @dataclass(frozen=True, kw_only=True)
-class Projectile:
-    """A projectile and its speed."""
+class Shot:
+    """A projectile, the grid that it flies in, and how long its impact is observed."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, along the flight", 100.0, 2e4)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-5, 1.0)]
     projectile: Annotated[MaterialName, Described("material of the projectile")]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Target(Projectile):
-    """A projectile and its target."""
-
-    target: Annotated[MaterialName, Described("material of the target")]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShotOptions(Projectile):
-    """The shape of a projectile, the grid that it flies in, and how long its impact is observed."""
-
     projectile_shape: Annotated[
         Literal["sphere", "cylinder"],
         Described("shape of the projectile; a cylinder flies along its axis unless it yaws"),
@@ -104,8 +88,7 @@ class ShotOptions(Projectile):
         Dimensionless | None, Described(f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0)
     ] = None
     beyond_edge: Annotated[
-        Dimensionless,
-        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0, acts=has_free_rim),
+        Dimensionless | None, Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0)
     ] = 0.5
     offset: GridOffset = 0.0
 
@@ -119,12 +102,19 @@ class ShotOptions(Projectile):
         """Length of the projectile, m."""
         return self.projectile_length or self.projectile_diameter
 
-    def filled(self, numerics: Numerics, method: MethodChoice = ON_GRID, *, end_time: float) -> Self:
+    def filled(
+        self, materials: Materials, numerics: Numerics, method: MethodChoice = ON_GRID, *, end_time: float
+    ) -> Self:
         """The shot with all that its recipe chooses, and its latest end (s) where none is stated."""
         preset = IMPACT_RECIPES[numerics.recipe]
         if is_smoothed(method):  # which does not retire any
             preset = replace(preset, debris="follow")
-        return replace(filled_from(self, preset), end_time=round_quantity(self.end_time or end_time))
+        return replace(
+            filled_from(self, preset),
+            end_time=round_quantity(self.end_time or end_time),
+            beyond_edge=None if self.edges == "fixed" else self.beyond_edge,
+            thermal_softening=softens(self.thermal_softening, materials.values()),
+        )
 
     def check(self) -> list[Finding]:
         """A cylinder has a length and a sphere has none."""
@@ -138,8 +128,10 @@ class ShotOptions(Projectile):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImpactShot(ShotOptions, Target):
-    """Projectile, target and speed, and how long the impact is observed."""
+class ImpactShot(Shot):
+    """A shot at a plate or block."""
+
+    target: TargetName
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,8 +182,7 @@ class Angles:
     """Directions of a projectile's flight and axis in the plane of symmetry of a half model."""
 
     obliquity: Annotated[
-        Radian,
-        Described("angle between the flight and the target's normal; needs geometry half", 0.0, STEEPEST, neutral=True),
+        Radian, Described("angle between the flight and the target's normal; needs geometry half", 0.0, STEEPEST)
     ] = 0.0
     yaw: Annotated[
         Radian,
@@ -200,11 +191,10 @@ class Angles:
             "needs geometry half",
             -0.5 * math.pi,
             0.5 * math.pi,
-            neutral=True,
         ),
     ] = 0.0
 
-    def check(self, shot: ShotOptions) -> list[Finding]:
+    def check(self, shot: Shot) -> list[Finding]:
         """Angles need a model that has no other symmetry than theirs, and yaw needs an axis."""
         findings = []
         for name, angle in (("obliquity", self.obliquity), ("yaw", self.yaw)):
@@ -240,7 +230,7 @@ class Plate:
         """With its radius, for a projectile of a diameter (m)."""
         return replace(self, plate_radius=round_quantity(self.plate_radius or RADIUS * diameter))
 
-    def check(self, shot: ImpactShot) -> list[Finding]:
+    def check(self, shot: Shot) -> list[Finding]:
         """The plate is wider than the projectile, and no thinner than half a cell."""
         findings = []
         if self.radius < shot.projectile_diameter:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from service.api.routes.dependencies import LONGEST_BODY
+from service.api.dependencies import LONGEST_BODY
 
 JSON, YAML = "application/json", "application/yaml"
 SWEEP = b'{"scenario": "thin_plate", "axes": {"speed": ["6 km/s"]}, "resolution": 8, '

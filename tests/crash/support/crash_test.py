@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from service.files.artifacts import Artifacts
-from service.records.jobs import State, StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store import Store
 from studies.cases.rows import Row, equal
 from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
 from tests.crash.support import inspection
-from tests.crash.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
+from tests.crash.support.faults import AttemptObserver, KillMoment, ObservedAttempt, Victim
 from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree, unmarked
 from tests.service.support.cluster import DaskCluster, ShellProcess, family, parent_of, running
 from tests.service.support.databases import Postgresql
@@ -99,7 +99,7 @@ def undisturbed(work: Work) -> tuple[Path, ...]:
 
 @dataclass
 class CrashTest:
-    """Services under test that share a store and a folder, and the faults that were injected."""
+    """Services under test that share a store and a folder, and what is done to them."""
 
     work: Work
     services: list[Service]
@@ -108,7 +108,6 @@ class CrashTest:
     chance: random.Random
     cluster: DaskCluster | None = None
     server: Postgresql | None = None  # PostgreSQL, a victim of kills and freezes
-    injected: list[Fault] = field(default_factory=list)
     killed: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
 
     def __post_init__(self) -> None:
@@ -128,15 +127,10 @@ class CrashTest:
     def wait_until_computing(self) -> None:
         self._wait(lambda: self.attempts.at(KillMoment.COMPUTING))
 
-    def inject(self, fault: Fault) -> None:
-        """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
-        self._wait(lambda: self.store.events.last() >= fault.due)
-        self._wait(lambda: self._is_injected(fault) or self._has_ended())
-
-    def strike(self, victim: Victim, seconds: float = 0.0) -> str:
-        """Kill a victim of an attempt under way, or freeze it for so long; the id of the job."""
+    def strike(self, victim: Victim, seconds: float = 0.0, moment: KillMoment = KillMoment.ANY) -> str:
+        """Kill a victim of an attempt at a moment, or freeze it for so long; the id of the job."""
         needs_process = victim in (Victim.RUN, Victim.WORKER)
-        target = self._wait(lambda: self._choose(KillMoment.ANY, needs_process=needs_process))
+        target = self._wait(lambda: self._choose(moment, needs_process=needs_process))
         if seconds:
             self._freeze(victim, target, seconds)
         else:
@@ -206,15 +200,6 @@ class CrashTest:
         if not any(_lives(item) for item in self._of("workers")):
             self.cluster.start_workers(WORKERS, **self.work.environment())
 
-    def _is_injected(self, fault: Fault) -> bool:
-        """Whether an attempt was at the moment of the fault, and its victim was killed."""
-        needs_process = fault.victim in (Victim.RUN, Victim.WORKER)
-        target = self._choose(fault.moment, needs_process=needs_process)
-        fell = target is not None and self._kill(fault.victim, target)
-        if fell:
-            self.injected.append(fault)
-        return fell
-
     def _kill(self, victim: Victim, target: ObservedAttempt) -> bool:
         """Whether the victim lived until it was killed."""
         if victim is Victim.RUN:
@@ -267,10 +252,6 @@ class CrashTest:
         if needs_process:
             attempts = [item for item in attempts if item.pid and not self.killed[item.claim.id]]
         return self.chance.choice(attempts) if attempts else None
-
-    def _has_ended(self) -> bool:
-        ended = (State.SUCCEEDED, State.FAILED, State.CANCELLED)
-        return not any(count for state, count in self.store.queue.status().states.items() if state not in ended)
 
     def _of(self, name: str) -> list[ShellProcess]:
         assert self.cluster is not None

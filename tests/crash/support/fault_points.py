@@ -36,8 +36,8 @@ def arm() -> None:
     point = os.environ.get(VARIABLE)
     if point is None:
         return
+    from service.bucket.bucket import ObjectBucket
     from service.files.artifacts import Artifacts
-    from service.files.bucket import Bucket
     from service.queue.leader import Leader
     from service.store import leases, sweeps
 
@@ -56,8 +56,8 @@ def arm() -> None:
         "publication-before-commit": (leases, "log_attempts", _logs("published")),
         "publication-after-commit": (leases.Leases, "publish", always),
         "copy-halfway": (Artifacts, "copy_out", always),
-        "object-before-upload": (Bucket, "put", always),
-        "object-after-upload": (Bucket, "put", always),
+        "object-before-upload": (ObjectBucket, "put", always),
+        "object-after-upload": (ObjectBucket, "put", always),
     }
     assert tuple(places) == POINTS
     owner, name, dies = places[point]

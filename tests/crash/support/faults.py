@@ -1,8 +1,5 @@
 """The faults of a crash test: which process is killed, and at which moment."""
 
-import random
-from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -10,11 +7,7 @@ from pathlib import Path
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, Lease, State
 from service.store import Store
-from studies.quantities.files import RESULT
 from tests.service.support.fakes import is_gone
-
-# Begin and end of the kills, in events for each run: a run has two at least.
-FIRST, LAST = 0.05, 1.3
 
 
 class Victim(StrEnum):
@@ -27,39 +20,8 @@ class Victim(StrEnum):
 
 class KillMoment(StrEnum):
     ANY = "at random"
-    CLAIMED = "claimed"  # a row says running, and no process has begun
     COMPUTING = "computing"
     CHECKPOINTED = "checkpointed"
-    WRITTEN = "written"  # an answer is complete, and no row names it
-    PUBLISHING = "publishing"
-
-
-# With a process of its own.
-OF_A_PROCESS = (KillMoment.CHECKPOINTED, KillMoment.COMPUTING, KillMoment.PUBLISHING, KillMoment.ANY)
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One kill -9."""
-
-    due: int  # number of the event in the store, not before it
-    victim: Victim
-    moment: KillMoment
-
-
-def draw_faults(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Fault]:
-    """Kills in a random order at random events, at every kind of moment."""
-    chance = random.Random(seed)
-    chosen = [victim for victim, count in victims.items() for _ in range(count)]
-    chance.shuffle(chosen)
-    dues = sorted(int(chance.uniform(FIRST, LAST) * runs) for _ in chosen)
-    met: Counter[Victim] = Counter()
-    drawn = []
-    for due, victim in zip(dues, chosen, strict=True):
-        moments = OF_A_PROCESS if victim in (Victim.RUN, Victim.WORKER) else tuple(KillMoment)
-        drawn.append(Fault(due, victim, moments[met[victim] % len(moments)]))
-        met[victim] += 1
-    return drawn
 
 
 @dataclass(frozen=True)
@@ -86,14 +48,9 @@ class AttemptObserver:
         folder = self._artifacts.attempt_directory(claim)
         pid = _pid(folder / "pid")
         moments = {KillMoment.ANY}
-        if claim.state is State.RUNNING and claim.kind is Kind.PUBLISH:
-            moments.add(KillMoment.PUBLISHING)
-        elif claim.state is State.RUNNING:
-            has_answer = (folder / RESULT).is_file()
-            moments |= {KillMoment.WRITTEN} if has_answer else set()
-            moments |= {KillMoment.CLAIMED} if pid is None else {KillMoment.COMPUTING}
-            if pid is not None and self._artifacts.checkpoint(claim.id).is_file():
-                moments.add(KillMoment.CHECKPOINTED)
+        if claim.state is State.RUNNING and claim.kind is Kind.RUN and pid is not None:
+            has_checkpoint = self._artifacts.checkpoint(claim.id).is_file()
+            moments |= {KillMoment.COMPUTING, *([KillMoment.CHECKPOINTED] if has_checkpoint else [])}
         return ObservedAttempt(claim, pid, frozenset(moments))
 
 

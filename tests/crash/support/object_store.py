@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from unittest.mock import patch
 
-from service.files.bucket import Bucket
+from service.bucket.bucket import ObjectBucket
 from tests.crash.support.serving import ROOT
 from tests.service.support.cluster import free_port
 
@@ -35,8 +35,8 @@ class ObjectStore:
         assert self.process.stdout.readline().strip() == word
 
     @property
-    def bucket(self) -> Bucket:
-        return Bucket(URL)
+    def bucket(self) -> ObjectBucket:
+        return ObjectBucket(URL)
 
     def flip(self, name: str) -> None:
         path = f"{URL}/{name}"

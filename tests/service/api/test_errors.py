@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from service.api.browsers import BROWSER, FORM
-from service.api.routes.dependencies import LONGEST_BODY
+from service.api.dependencies import LONGEST_BODY
 from service.records.jobs import StoreUnavailable
 from tests.service.support.api import SWEEP, Api, sweep_of
 
@@ -92,17 +91,13 @@ def test_body__beyond_the_limit_or_of_another_media_type_is_refused(shared_api: 
     assert is_problem(post("/v1/sweeps", content=json.dumps(SWEEP), headers={"Content-Type": "text/plain"}), 415)
 
 
-@pytest.mark.parametrize(
-    "path", ["/v1/sweeps", "/v1/sweeps/estimate", "/v1/laws/evaluate", "/new/thin_plate", "/login"]
-)
+@pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate", "/v1/laws/evaluate"])
 def test_body__that_is_compressed_is_refused_and_as_it_is_taken(shared_api: Api, path: str) -> None:
-    is_form = not path.startswith("/v1")
-    kind = {"Content-Type": FORM, "Cookie": f"{BROWSER}=x"} if is_form else JSON
-    body = b"a=b" if is_form else json.dumps(SWEEP).encode()
-    refused = shared_api.http.post(path, content=gzip.compress(body), headers={**kind, "Content-Encoding": "gzip"})
+    body = json.dumps(SWEEP).encode()
+    refused = shared_api.http.post(path, content=gzip.compress(body), headers={**JSON, "Content-Encoding": "gzip"})
     assert is_problem(refused, 415)
     assert refused.headers["Accept-Encoding"] == "identity"
-    taken = shared_api.http.post(path, content=body, headers={**kind, "Content-Encoding": "Identity"})
+    taken = shared_api.http.post(path, content=body, headers={**JSON, "Content-Encoding": "Identity"})
     assert taken.status_code != 415
 
 
@@ -117,7 +112,6 @@ def test_body__that_is_compressed_is_refused_and_as_it_is_taken(shared_api: Api,
         ("GET", "/v1/sweeps?state=nope", 422),
         ("GET", "/v1/sweeps?cursor=nope", 422),
         ("GET", f"/v1/sweeps?cursor={'9' * 40}", 422),
-        ("GET", "/?cursor=-1", 422),
     ],
 )
 def test_wrong_address__is_a_problem(shared_api: Api, method: str, path: str, status: int) -> None:
@@ -160,14 +154,3 @@ def test_wrong_method__lists_every_method_of_the_path(shared_api: Api, path: str
     response = shared_api.http.put(path.format(id="0" * 32))
     assert is_problem(response, 405)
     assert response.headers["allow"] == allow
-
-
-def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:
-    path = f"/sweeps/{'0' * 32}"
-    page = shared_api.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
-    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
-    assert "<h1>Not found</h1>" in page.text
-    assert "style-src 'self'" in page.headers["content-security-policy"]
-    document = shared_api.http.get(path)
-    assert document.headers["content-type"] == "application/problem+json"
-    assert page.headers["vary"] == document.headers["vary"] == "Accept"

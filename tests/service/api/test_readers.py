@@ -13,9 +13,9 @@ import pytest
 
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
-from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, estimated, read
+from service.api.reading import EstimatedSweep, Posted, ReadingLimits, estimated
 from studies.cases.rows import at_most
-from studies.sweeps.sweep import Sweep
+from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared, claimed
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
 
@@ -31,26 +31,26 @@ def ask(use: Use, **options: Any) -> Any:
     return anyio.run(use, Readers(**options))
 
 
-def burn(_sweep: Sweep, _posted: Posted) -> int:
+def burn(_: Posted) -> int:
     while True:
         pass
 
 
-def fill(_sweep: Sweep, _posted: Posted) -> int:
+def fill(_: Posted) -> int:
     return len([bytes(1 << 20) for _ in range(4096)])
 
 
-def die(_sweep: Sweep, _posted: Posted) -> int:
+def die(_: Posted) -> int:
     os.kill(os.getpid(), signal.SIGKILL)
     return 0
 
 
-def freeze(_sweep: Sweep, _posted: Posted) -> int:
+def freeze(_: Posted) -> int:
     os.kill(os.getpid(), signal.SIGSTOP)
     return 0
 
 
-def pid(_sweep: Sweep, _posted: Posted) -> int:
+def pid(_: Posted) -> int:
     return os.getpid()
 
 
@@ -58,12 +58,14 @@ def test_refusal__keeps_fields_values_limits_cures_and_pointers_between_processe
     wrong = posted({**SWEEP, "axes": {"speed": ["3 km/s", "6"]}, "fixd": {}})
 
     async def use(readers: Readers) -> Any:
-        return await readers.read(wrong, estimated)
+        return await readers.run(estimated, wrong)
 
-    refusal = ask(use)
-    assert isinstance(refusal, Refusal)
-    assert refusal == read(wrong, estimated)
-    assert refusal.pointers["axes.speed[1]"] == "/axes/speed/1"
+    with pytest.raises(InvalidInput) as refused:
+        ask(use)
+    with pytest.raises(InvalidInput) as here:
+        estimated(wrong)
+    assert (refused.value.findings, str(refused.value)) == (here.value.findings, str(here.value))
+    assert refused.value.pointers["axes.speed[1]"] == "/axes/speed/1"
 
 
 @pytest.mark.parametrize("part", claimed([burn, fill], [fill], "mend-again", "reader-limits"))
@@ -72,8 +74,10 @@ def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any) -
 
     async def use(readers: Readers) -> Any:
         body = posted(SWEEP)
-        first = await readers.read(body, pid)
-        return await readers.read(body, part), first, await readers.read(body, pid)
+        first = await readers.run(pid, body)
+        with pytest.raises(InvalidInput) as refused:
+            await readers.run(part, body)
+        return refused.value, first, await readers.run(pid, body)
 
     refusal, before, after = ask(use, limits=ReadingLimits(cpu_seconds=1, memory=600 << 20))
     assert {burn: "1 s of computing", fill: "600 MiB"}[part] in refusal.findings[0].limit
@@ -86,8 +90,8 @@ def test_child__that_is_killed_or_frozen_is_replaced(part: Any) -> None:
 
     async def use(patient: Readers) -> Any:
         with pytest.raises(ReaderLost):
-            await Readers(wall_seconds=2.0 if part is freeze else 120.0).read(posted(SWEEP), part)
-        return await patient.read(posted(SWEEP), estimated)
+            await Readers(wall_seconds=2.0 if part is freeze else 120.0).run(part, posted(SWEEP))
+        return await patient.run(estimated, posted(SWEEP))
 
     assert isinstance(ask(use), EstimatedSweep)
 
@@ -129,7 +133,7 @@ def test_request__that_finds_no_child_in_time_is_refused() -> None:
 @pytest.mark.parametrize("name", LARGE_SWEEPS)
 def test_estimate__of_a_large_sweep_is_cheap(name: str, compared: Compared) -> None:
     """The estimate of a sweep of nearly ten thousand runs takes half a second of computing time."""
-    estimate = partial(read, posted(LARGE_SWEEPS[name]), estimated)
+    estimate = partial(estimated, posted(LARGE_SWEEPS[name]))
     estimate()  # loads what all others use
     begin = time.process_time()
     assert isinstance(estimate(), EstimatedSweep)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from service.api.routes import dependencies
+from service.api import dependencies
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 KEY = "8e03978e-40d5-43dd-bc93-6894a57f9324"

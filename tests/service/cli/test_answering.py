@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.answers import EXAMPLE
+from studies.answers import examples
 from tests.service.support.command import run
 
 
@@ -13,8 +13,8 @@ from tests.service.support.command import run
     [
         (("shots", "--own", "none.csv"), "--own"),
         (("shots", "--where", "obliquty=3"), "obliquity"),
-        (("laws", "--at", EXAMPLE, "--out", "nowhere/shield.html"), "--out"),
-        (("laws", "--at", EXAMPLE, "--out", "shield.txt"), "--out"),
+        (("laws", "--at", examples()[0], "--out", "nowhere/shield.html"), "--out"),
+        (("laws", "--at", examples()[0], "--out", "shield.txt"), "--out"),
     ],
 )
 def test_arguments__that_name_nothing_are_refused(
@@ -30,7 +30,7 @@ def test_arguments__that_name_nothing_are_refused(
 
 
 def test_shots__nearest_to_a_shield_are_counted_with_their_outcome(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("shots", "--at", EXAMPLE, "--count", 3) == 0
+    assert run("shots", "--at", examples()[0], "--count", 3) == 0
     said, _, *rows = capsys.readouterr().out.splitlines()
     failed = sum("perforated" in row for row in rows)
     assert (said, len(rows)) == (f"3 of 804 shots; the wall failed in {failed}", 3)

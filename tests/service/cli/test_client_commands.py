@@ -85,11 +85,11 @@ def test_runs__are_told_with_values_as_a_sweep_has_them(shared_api: Api, tmp_pat
     file = tmp_path / "sweep.yaml"
     text = examples.text("smoke") + "offsets: 2\n"
     file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
-    assert run("runs", submitted(capsys, file)) == 0
+    assert run("status", submitted(capsys, file), "--runs") == 0
     output = capsys.readouterr().out
     heading, *rows = output.splitlines()
-    assert re.split(r"\s{2,}", heading)[3:6] == ["target.strength.A (MPa)", "speed (km/s)", "offset"]
-    assert ["90", "6", "0.5"] in [row.split()[3:6] for row in rows]
+    assert re.split(r"\s{2,}", heading)[3:6] == ["target.strength.A (GPa)", "speed (km/s)", "offset"]
+    assert ["0.09", "6", "0.5"] in [row.split()[3:6] for row in rows]
 
 
 def test_id__may_be_its_beginning_unless_several_have_it(shared_api: Api, capsys: Capsys) -> None:
@@ -100,7 +100,7 @@ def test_id__may_be_its_beginning_unless_several_have_it(shared_api: Api, capsys
     assert "beginning of one id" in output
     assert all(id[:16] in output for id in ids if id.startswith(twice))
     run_id = shared_api.store.sweeps.points(ids[0]).items[0].run.id
-    assert run("log", run_id[:20]) == 1
+    assert run("fetch", run_id[:20], "--log") == 1
     assert run_id in capsys.readouterr().err
 
     def printed(*arguments: str) -> Any:
@@ -108,7 +108,7 @@ def test_id__may_be_its_beginning_unless_several_have_it(shared_api: Api, capsys
         return json.loads(capsys.readouterr().out)
 
     assert printed("status", ids[0][:20])["id"] == ids[0]
-    assert printed("runs", ids[0][:20])[0]["run"]["id"] == run_id
+    assert printed("status", ids[0][:20], "--runs")[0]["run"]["id"] == run_id
     assert {each["id"] for each in printed("status")} >= set(ids)
     assert printed("queue")["paused"] is None
 
@@ -119,18 +119,19 @@ def test_orders__move_a_sweep(shared_api: Api, tmp_path: Path, capsys: Capsys) -
     id = submitted(capsys, file, "--priority", "-3", "--keep", "numbers")
     sweeps = shared_api.store.sweeps
     assert (sweeps.get(id).priority, sweeps.get(id).keep, sweeps.get(id).owner) == (-3, "numbers", "")
-    assert run("priority", id, "-5") == 0
+    assert run("change", id, "--priority", "-5") == 0
     assert sweeps.get(id).priority == -5
-    assert run("priority", id, "1000") == 2
+    assert run("change", id) == 2
+    assert run("change", id, "--priority", "1000") == 2
     assert "priority" in capsys.readouterr().err
     assert run("cancel", id) == 0
     assert "cancelled" in capsys.readouterr().out
     assert run("retry", id) == 0
     assert sweeps.get(id).counts["queued"] >= 1
     shared_api.compute()
-    assert run("pin", id) == 0
+    assert run("change", id, "--pin") == 0
     assert run("delete", id) == 1
-    assert run("unpin", id) == 0
+    assert run("change", id, "--unpin") == 0
     assert run("delete", id) == 0
     assert "), pinned" in capsys.readouterr().out
     assert run("status", id) == 1
@@ -140,10 +141,10 @@ def test_orders__move_a_sweep(shared_api: Api, tmp_path: Path, capsys: Capsys) -
 
 
 def test_queue__is_paused_and_resumed(shared_api: Api, capsys: Capsys) -> None:
-    assert run("pause") == 0
+    assert run("queue", "--pause") == 0
     assert "paused since" in capsys.readouterr().out
     assert shared_api.store.queue.status().paused
-    assert run("resume") == 0
+    assert run("queue", "--resume") == 0
     assert run("queue") == 0
     assert capsys.readouterr().out.count("open: ") == 2
     assert not shared_api.store.queue.status().paused
@@ -159,9 +160,9 @@ def test_results__come_home(shared_api: Api, smoke: Path, tmp_path: Path, capsys
     assert run("fetch", id[:8], "--out", tmp_path / "new" / "folder") == 0
     assert {file.name: file.read_bytes() for file in (tmp_path / "new" / "folder").iterdir()} == FILES
     run_id = shared_api.store.sweeps.points(id).items[0].run.id
-    assert run("fetch-run", run_id, "--out", tmp_path / "run") == 0
+    assert run("fetch", run_id, "--run", "--out", tmp_path / "run") == 0
     assert (tmp_path / "run" / "result.json").read_bytes() == b"{}"
-    assert run("log", run_id) == 1  # this engine writes none
+    assert run("fetch", run_id, "--log") == 1  # this engine writes none
     assert "Not found" in capsys.readouterr().err
 
 
@@ -187,7 +188,7 @@ def test_key__comes_from_a_file_or_the_environment(
     assert run("submit", smoke, "--url", url, "--key-file", file) == 0
     monkeypatch.setenv(KEY_VARIABLE, secret)
     assert run("status", "--url", url) == 0
-    assert run("pause", "--url", url) == 1  # it is no admin's
+    assert run("queue", "--pause", "--url", url) == 1  # it is no admin's
     output = capsys.readouterr()
     assert "admin" in output.err
     assert secret not in output.out + output.err

@@ -12,11 +12,9 @@ from typing import Any
 import pytest
 
 from service.cli import local
-from service.cli import validation as validation_commands
 from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
-from studies.cases import rows
 from studies.convergence import experience
 from studies.sweeps.accuracy import ACCURACY, in_percent
 from tests.service.support.api import FILES, Api
@@ -94,7 +92,7 @@ def test_estimate__prints_the_cost_at_each_accuracy_and_warnings(
         (["--host", "0.0.0.0", "--port", "0"], "keys create"),
         (["--port", "99999"], "port"),
         (["--port", "-1"], "port"),
-        (["--engine", "tcp://127.0.0.1:8786"], "tls://"),
+        (["--engine", "dask://127.0.0.1:8786"], "no engine serves dask://"),
         (["--engine", "tls://127.0.0.1:8786"], "tls_ca"),
     ],
 )
@@ -140,38 +138,8 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
 
 def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
     monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
-    assert run("warm") == 1
+    assert run("demo", "--warm") == 1
     assert "no compiler" in capsys.readouterr().err
-
-
-def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
-    """Let a verification case give these figures where 1 within 0.5 is expected."""
-    compared = [rows.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
-    answers = [rows.Verified("similarity", row, 0.1) for row in compared]
-    monkeypatch.setattr(validation_commands, "verify", lambda _names: answers)
-
-
-@pytest.mark.parametrize(("figures", "status"), [((1.0, 1.1), 0), ((1.0, 1.6), 1)])
-def test_validate__of_a_case_prints_its_rows_and_writes_its_page(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, figures: tuple[float, ...], status: int
-) -> None:
-    verified(monkeypatch, *figures)
-    assert run("validate", "similarity", "--out", tmp_path) == status
-    *lines, counts, pages = capsys.readouterr().out.splitlines()
-    assert [line.split(" | ")[0] for line in lines] == ["similarity"] * 2
-    assert counts == f"{2 - status} passed, {status} failed, 0 reported"
-    assert pages == f"pages: {tmp_path / 'index.html'}"
-    assert counts in (tmp_path / "index.html").read_text()
-    assert f"got {figures[1]:g}" in lines[1]
-    cells = re.findall(r"<td[^>]*>([^<]*)</td>", (tmp_path / "similarity.html").read_text())
-    assert f"{figures[1]:g}" in cells
-
-
-def test_validate__refuses_what_it_does_not_have(tmp_path: Path, capsys: Capsys) -> None:
-    assert run("validate", "table-3-5", "--out", tmp_path) == 2
-    assert "did you mean 'table-3-" in capsys.readouterr().err
-    assert run("validate", "--level", "best", "--out", tmp_path) == 2
-    assert "quick, thesis, fine" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -186,15 +154,15 @@ def test_catalogue__is_that_of_the_api_in_tables_with_units(
     shared_api: Api, capsys: Capsys, kind: str, name: str, words: list[str]
 ) -> None:
     items = shared_api.http.get(f"/v1/{kind}").json()["items"]
-    assert run(kind, "--json") == 0
+    assert run("list", kind, "--json") == 0
     assert json.loads(capsys.readouterr().out) == items
-    assert run(kind) == 0
+    assert run("list", kind) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == [item["name"] for item in items]
-    assert run(kind, name) == 0
+    assert run("list", kind, name) == 0
     table = capsys.readouterr().out
     assert all(word in table for word in words), table
-    assert run(kind, f"{name}x") == 2
+    assert run("list", kind, f"{name}x") == 2
     assert f"did you mean '{name}'" in capsys.readouterr().err
 
 

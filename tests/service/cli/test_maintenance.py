@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from service.files.bucket import IDENTITY
+from service.files.stores import IDENTITY
 from service.queue import data_identity as identity
 from service.records.clock import DAY, ClockHistory, read_clocks
 from service.records.jobs import Scope, Submission
@@ -117,14 +117,14 @@ def test_clock__is_trusted_by_a_command(store: Store, capsys: Capsys) -> None:
     jumped = ClockHistory(now).seen(now._replace(wall=now.wall + 45 * DAY)).with_pause(30 * DAY)
     store.retention.note_clock_history(lambda _: jumped)
     assert store.queue.status().deletion_paused
-    assert run("retention", "--trust-clock") == 0
+    assert run("doctor", "--trust-clock") == 0
     assert store.queue.status().deletion_paused is None
     assert "believed" in capsys.readouterr().out
 
 
 @pytest.mark.claim("doors", "audit")
 def test_orders_of_the_shell__are_recorded_as_the_local_users(store: Store, capsys: Capsys) -> None:
-    """Commands that change the store are in the audit trail, which `whipple audit` prints, as the local user's."""
+    """Commands that change the store are in the audit trail, which `whipple keys audit` prints, as the local user's."""
     created(capsys, "anna")
     assert run("keys", "rotate", "anna", "--grace", "12h") == 0
     successor = capsys.readouterr().out.strip()
@@ -132,7 +132,7 @@ def test_orders_of_the_shell__are_recorded_as_the_local_users(store: Store, caps
     assert run("keys", "revoke", successor[:12]) == 0
     assert run("keys", "revoke", "anna") == 0  # the other one
     capsys.readouterr()
-    assert run("audit", "--json") == 0
+    assert run("keys", "audit", "--json") == 0
     entries = json.loads(capsys.readouterr().out)
     old, new = (key.id for key in store.keys.all())
     orders = [("key created", old), ("key rotated", old), ("key revoked", new), ("key revoked", old)]
@@ -140,11 +140,11 @@ def test_orders_of_the_shell__are_recorded_as_the_local_users(store: Store, caps
     user = pwd.getpwuid(os.getuid()).pw_name
     assert {(entry["owner"], entry["address"]) for entry in entries} == {(user, f"uid {os.getuid()}")}
     for word, count in ((f"owner={user}", 4), ("action=key revoked", 2), ("owner=bert", 0), ("since=2999-01-01", 0)):
-        assert run("audit", f"--{word}") == 0
+        assert run("keys", "audit", f"--{word}") == 0
         assert len(capsys.readouterr().out.splitlines()) == 1 + count, word
 
 
-@pytest.mark.parametrize("arguments", [("keys", "list"), ("audit",), ("remeasure",), ("backup", "out")])
+@pytest.mark.parametrize("arguments", [("keys", "list"), ("keys", "audit"), ("remeasure",), ("backup", "out")])
 def test_command__without_a_database_says_how_to_name_one(
     data: Path, arguments: tuple[str, ...], capsys: Capsys
 ) -> None:
@@ -178,13 +178,13 @@ def test_adopt__lets_an_empty_directory_belong_to_the_database(data: Path, store
     (data / IDENTITY).unlink()
     assert run("doctor") == 1
     assert "has no id" in capsys.readouterr().out
-    assert run("adopt") == 0
+    assert run("doctor", "--adopt") == 0
     assert str(store.data_id()) in capsys.readouterr().out
     assert identity.read(data) == store.data_id()
 
 
 def test_forget_lost__allows_so_many(store: Store, capsys: Capsys) -> None:
-    assert run("forget-lost", "12") == 0
+    assert run("doctor", "--forget-lost", "12") == 0
     assert "12 lost results may be computed again" in capsys.readouterr().out
     with store.database.reading() as reading:
         assert reading.execute(sa.select(CONTROL.c.forgettable)).scalar() == 12

@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.cli.commands.options import client_of
+from service.cli.options import client_of
 from service.cli.serve import _door_of_the_user, _warn_of_other_users
 from service.client.client import DEFAULT_URL, Client
 from service.files import SOCKET
@@ -36,7 +36,7 @@ def test_socket__serves_the_command_line_where_the_loopback_asks_for_a_key(
         compared(equal("loopback", expected=401, got=httpx.get(f"{url}/v1/sweeps").status_code))
         with Client() as client:
             id = client.submit(SWEEP).id
-        compared(equal("whipple pause", expected=0, got=run("pause")))
+        compared(equal("whipple queue --pause", expected=0, got=run("queue", "--pause")))
         assert client_of(DEFAULT_URL, None).url == DEFAULT_URL != client_of(None, None).url
         trail = api.store.audit.entries(api.store.sweeps.get(id).created)
         got = [(entry.action, entry.address, entry.outcome) for entry in trail]

@@ -1,6 +1,5 @@
 """The engine that the settings ask for, and what is particular to the one of this machine."""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -8,33 +7,14 @@ from typing import Any
 
 import pytest
 
-from service import execution
-from service.execution import engine_of, probe
 from service.execution.local import LocalEngine
 from service.records.jobs import Cause
-from service.settings import Settings
 from service.workers.supervisor import Supervisor
 from service.workers.timings import DEFAULT
-from studies.quantities.findings import MissingExtra
 from tests.service.support.cluster import attempt_in, using
 from tests.service.support.fakes import is_gone
 
 ONE_SLOT = partial(LocalEngine, 1)
-
-
-def test_engine__of_a_cluster_without_its_libraries_names_the_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pem = tmp_path / "any.pem"
-    pem.touch()
-    files = dict.fromkeys(("tls_ca", "tls_cert", "tls_key"), pem)
-    settings = Settings(engine="tls://127.0.0.1:8786", memory_limit=1 << 30, **files)  # type: ignore[arg-type]
-    monkeypatch.delitem(sys.modules, "service.execution.dask", raising=False)
-    monkeypatch.delattr(execution, "dask", raising=False)
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    for ask in (engine_of, probe):
-        with pytest.raises(MissingExtra, match=r"tls://127.*distributed.*'whipple\[cluster\]'"):
-            ask(settings)
 
 
 def test_slot__whose_supervisor_fails_serves_the_next_attempt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

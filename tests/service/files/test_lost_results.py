@@ -140,7 +140,7 @@ def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, capl
     blocked_reason = str(large.store.queue.status().blocked_reason)
     assert blocked_reason.startswith("6 of 8 registered results are lost or damaged")
     assert f"{run_id(0)}, {run_id(1)}, {run_id(2)} and 3 more" in blocked_reason
-    assert blocked_reason.endswith("`whipple forget-lost 6`")
+    assert blocked_reason.endswith("`whipple doctor --forget-lost 6`")
     assert all(any(run_id(number) in line for line in caplog.messages) for number in range(6))
     assert all(large.run(number).sha256 for number in range(6))
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from service.files.bucket import IDENTITY
+from service.files.stores import IDENTITY
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Submission
@@ -37,7 +37,7 @@ def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(se
     store.sweeps.create(Submission(sweep_of(1)))
     finish_all(store)
     settings.data.mkdir()
-    with pytest.raises(WrongDirectory, match=r"no results.*mount it, or .*whipple adopt"):
+    with pytest.raises(WrongDirectory, match=r"no results.*mount it, or .*whipple doctor --adopt"):
         identity.settle(settings, store)
     assert store.data_id() is None
     assert list(settings.data.iterdir()) == []
@@ -59,7 +59,7 @@ def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     before = store.data_id()
     has = f"the id {in_directory}" if in_directory else "has no id"
     database_has = f"the id {before}" if before else "no id"
-    with pytest.raises(WrongDirectory, match=f"{has}.*{database_has}.*whipple adopt"):
+    with pytest.raises(WrongDirectory, match=f"{has}.*{database_has}.*whipple doctor --adopt"):
         identity.settle(settings, store)
     assert store.data_id() == before
     adopted = identity.adopt(settings, store)

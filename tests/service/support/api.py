@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
+from fastapi.routing import APIRoute
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
 from service.api.conversions import Conversions
 from service.api.readers import Readers
-from service.api.reading import Posted, Read, Refusal, read
+from service.api.reading import Given, Made
+from service.api.routes import all_routes
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
-from studies.sweeps.sweep import Sweep
 from tests.service.support.fakes import put_empty_store, wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
@@ -65,6 +66,13 @@ LARGE_SWEEPS = {
 }
 
 
+def every_route() -> Iterator[APIRoute]:
+    """The routes of the interface, those of features among them."""
+    for routes in all_routes():
+        for router in (*routes.open, *routes.guarded):
+            yield from (route for route in router.routes if isinstance(route, APIRoute))
+
+
 @dataclass
 class FakeDispatcher:
     """Computes nothing; says what it is told to say."""
@@ -96,8 +104,8 @@ class ReadersHere(Readers):
     async def slot(self, key: str) -> AsyncIterator[None]:
         yield
 
-    async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
-        return read(posted, part)
+    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
+        return call(given)
 
 
 class SameFile(Conversions):
@@ -181,9 +189,9 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
 
 
 @contextmanager
-def served(api: Api, *doors: socket.socket) -> Iterator[str]:
-    """The same interface over a real connection, and at further sockets; gives its address."""
-    config = uvicorn.Config(api.http.app, lifespan="off", log_level="critical")
+def served(api: Api, *doors: socket.socket, **options: Any) -> Iterator[str]:
+    """The same interface over a real connection, and at further sockets; ``options`` of uvicorn; gives its address."""
+    config = uvicorn.Config(api.http.app, lifespan="off", log_level="critical", **options)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=[[socket.create_server(("127.0.0.1", 0)), *doors]])
     thread.start()

@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 
 import psutil
 
-from service.execution.dask import DaskEngine, Remote
+from service.dask.engine import DaskEngine, Remote
 from service.execution.protocol import Engine
 from service.records.jobs import Kind
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
@@ -27,7 +27,7 @@ from tests.service.support.targets import FakeRun
 ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "docs" / "cluster.md"
 patiently = partial(wait_until, seconds=180.0)  # what imports Dask starts slowly on a busy machine
-PRELOAD = "service.execution.dask_worker"
+PRELOAD = "service.dask.worker"
 EXAMPLE_HOST, EXAMPLE_PORT, EXAMPLE_COUNT = "scheduler.example.org", "8786", "--nworkers 4"
 
 

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ import pytest
 from studies.cases.rows import equal
 from studies.materials import load
 from studies.observations import Observation, read_observations
-from studies.observations.shields.shots import published, read_shots
 from studies.observations.table import rows_of
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 from studies.quantities.texts import decoded, strictly_decoded
@@ -301,33 +300,6 @@ def test_fit_and_calibrate__read_tables_as_sweeps_do(tmp_path: Path) -> None:
     headings = [*rows_of(text(name), name)[0][1]]
     file.write_bytes(table(";", encoding="utf-16", headings=headings, rows=rows))
     assert read_bars(str(file), copper).strains.tolist() == read_bars(name, copper).strains.tolist()
-
-
-def _shields(convert: Callable[[str], str], heading: str = "outcome") -> bytes:
-    shot = published().shots[0]
-    names = ["projectile_density", "bumper_density", "wall_density", "wall_yield_stress"]
-    sizes = ["projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness", "speed"]
-    units = ["g/ccm", "g/ccm", "g/ccm", "MPa", "mm", "mm", "mm", "mm", "km/s"]
-    scales = [1e-3, 1e-3, 1e-3, 1e-6, 1e3, 1e3, 1e3, 1e3, 1e-3]
-    numbers = [f"{getattr(shot, name) * scale:.6g}" for name, scale in zip([*names, *sizes], scales, strict=True)]
-    headings = [f"{name} ({unit})" for name, unit in zip([*names, *sizes], units, strict=True)]
-    rows = [[*numbers, convert(outcome), "x"] for outcome in ("perforated", "held")]
-    return table(";", comma=False, headings=[*headings, heading, "source"], rows=rows)
-
-
-@pytest.mark.parametrize(
-    ("heading", "words"),
-    [("outcome", ("P", "NP")), ("perforated", ("yes", "no")), ("perforated", ("P", "NP")), ("Perforated", ("Y", "N"))],
-)
-def test_perforated__is_said_in_the_words_of_people(heading: str, words: tuple[str, str]) -> None:
-    said = dict(zip(("perforated", "held"), words, strict=True))
-    shots = read_shots(decoded(_shields(said.__getitem__, heading), "--own"))
-    assert [shot.outcome for shot in shots] == ["perforated", "held"]
-
-
-def test_perforated__p_alone_may_mean_passed() -> None:
-    with pytest.raises(InvalidInput, match="P may stand for passed"):
-        read_shots(decoded(_shields(lambda _: "P"), "--own"))
 
 
 def test_body__in_another_encoding_is_refused_by_its_name() -> None:

@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.claim("pages", "gif", minutes=0.1)
 def test_gif__has_every_frame_of_the_film(folder: Path, tmp_path: Path) -> None:
     """The moving picture of a run has every frame of its film."""
-    assert run("film", folder, tmp_path / "film.gif", "--field", "pressure", "--fps", 20) == 0
+    assert run("export", folder, "--movie", tmp_path / "film.gif", "--field", "pressure", "--fps", 20) == 0
     with Image.open(tmp_path / "film.gif") as film:
         assert film.info["duration"] == 50  # ms
         frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(film)]
@@ -41,11 +41,11 @@ def test_mp4__needs_ffmpeg_or_the_library_that_brings_it(
     """With the library the film of a run is an MP4; without both the error names the extra."""
     monkeypatch.setenv("PATH", str(tmp_path))  # without ffmpeg
     monkeypatch.setitem(rcParams, "animation.ffmpeg_path", "ffmpeg")
-    assert run("film", folder, tmp_path / "film.mp4") == 0
+    assert run("export", folder, "--movie", tmp_path / "film.mp4") == 0
     assert (tmp_path / "film.mp4").read_bytes()[4:8] == b"ftyp"
     monkeypatch.setitem(rcParams, "animation.ffmpeg_path", "ffmpeg")
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    assert run("film", folder, tmp_path / "other.mp4") == 1
+    assert run("export", folder, "--movie", tmp_path / "other.mp4") == 1
     assert "whipple[video]" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
 
@@ -65,6 +65,6 @@ def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> N
 def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
     out: str, field: str, message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("film", folder, tmp_path / out, "--field", field) == 2
+    assert run("export", folder, "--movie", tmp_path / out, "--field", field) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

@@ -4,21 +4,18 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable
-from itertools import chain
 from typing import Any
 
 import pytest
 
 from studies import materials
 from studies.materials import Material
-from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED, OPTIONAL
+from studies.materials.schema import NOT_SIMULATED
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.run import Run, resolve
 from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
-from tests import samples
 from tests.contracts.test_scenarios import SMALL
-from tests.contracts.test_scenarios import asked as contract_run
 
 COPPER = materials.load("copper-ofhc")
 PLATE = SMALL["thin_plate"]
@@ -74,11 +71,10 @@ def test_identity__of_the_same_problem_is_the_same(same: Callable[[], Run]) -> N
     assert int(asked().id, 16) >= 0
 
 
-# What a failure takes acts where that failure is chosen: see ``TAKEN``.
-STATED = {p for p in COPPER.paths() if COPPER.value_at(p) is not None and p.partition(".")[0] not in OPTIONAL}
+STATED = {path for path in COPPER.paths() if COPPER.value_at(path)}  # no zero
 
 
-@pytest.mark.parametrize("path", sorted(STATED - {*NOT_SIMULATED, *MEASURED_WITH}))
+@pytest.mark.parametrize("path", sorted(STATED - {*NOT_SIMULATED}))
 def test_identity__is_changed_by_every_physical_constant_of_each_material(path: str) -> None:
     value = COPPER.value_at(path)
     assert value is not None
@@ -86,25 +82,12 @@ def test_identity__is_changed_by_every_physical_constant_of_each_material(path: 
     assert len({asked().id, asked(projectile=other).id, asked(target=other).id}) == 3
 
 
-# A constant that a measurement or a model takes, a material that has it, and two runs: only the second uses it.
-TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str]]]] = [
-    *chain(*samples.offered("TAKEN")),
-    ("tension.spall_strength", "copper-ofhc", ("thin_plate", {"tension": "unlimited"}), ("thin_plate", {})),
-    ("spall.strength", "copper-ofhc", ("thin_plate", {"failure": "none"}), ("thin_plate", {})),
-    ("fracture.D1", "weldox-460-e", ("thin_plate", {}), ("thin_plate", {"failure": "modified-johnson-cook"})),
-]
-
-
-@pytest.mark.parametrize(("path", "name", "without", "using"), TAKEN)
-def test_constant__belongs_to_the_identity_of_runs_that_take_it(path: str, name: str, without: Any, using: Any) -> None:
-    material = materials.load(name)
-    value = material.value_at(path)
-    assert value is not None
-    other, differ = material.with_value(path, 0.9 * value), []
-    for scenario, changes in (without, using):
-        one = contract_run(scenario, projectile=name, target=name, **changes)
-        differ.append(resolve(scenario, one.parameters, {"projectile": other, "target": other}).id != one.id)
-    assert differ == [False, True]
+def test_identity__has_none_of_what_does_not_act() -> None:
+    idle = {name for name, value in asked(fixed_dt=1e-9, courant=0.2).parameters.items() if value is None}
+    assert idle >= {"courant", "travel", "step_rule", "damping_order", "beyond_edge", "failure_strain"}
+    assert asked(fixed_dt=1e-9, courant=0.2).id == asked(fixed_dt=1e-9).id
+    added = Run(asked().scenario, {**asked().parameters, "failure_added": None}, asked().materials)
+    assert added.id == asked().id
 
 
 # Refusals

@@ -13,6 +13,7 @@ from studies.reports.section import Part, Source
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.shields.section import SECTION, BallisticLimit, ShieldLimit
+from studies.shields.shield import ShotAtShield
 from studies.sweeps.sweep import Sweep
 
 SHIELD = {
@@ -37,6 +38,10 @@ def exact(speed: float) -> float:
     """The made-up limit, m."""
     [shot, *_] = sweep_of(PLAIN).shots()
     return FACTORS[speed] * load("whipple_nno").evaluate(replace(shot, speed=speed)).value
+
+
+def shots_of(sweep: Sweep) -> list[ShotAtShield]:
+    return [shot for shot in sweep.shots() if isinstance(shot, ShotAtShield)]
 
 
 def result_of(run: Run, limit: Limit = exact, flags: tuple[str, ...] = ()) -> RunResult:

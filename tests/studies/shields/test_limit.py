@@ -13,8 +13,7 @@ import pytest
 from studies.answers.question import read_question
 from studies.cases.rows import equal
 from studies.cubes import cube
-from studies.laws import CRITICAL, Code, load
-from studies.observations.shields.judged import equations
+from studies.laws import load
 from studies.quantities.findings import InvalidInput
 from studies.reports import page
 from studies.reports.compare import compare
@@ -23,8 +22,11 @@ from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
 from studies.reports.wording import MOST_WORDS
 from studies.runs.run import Run
+from studies.shields.laws._shields import ShieldCode
 from studies.shields.limit import name_of
 from studies.shields.section import SECTION, Incomparable
+from studies.shields.shield import CRITICAL_DIAMETER
+from studies.shields.shots.judged import equations
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import (
     FACTORS,
@@ -128,7 +130,7 @@ def test_cube__asks_the_equations_about_each_shield() -> None:
     question = read_question(sweep.document())
     assert [*sweep.shots()] == [question.shot(point) for point in question.points()]
     dataset = cube.build(sweep, {})
-    name = CRITICAL["wall_perforated"]
+    name = CRITICAL_DIAMETER
     for law in equations():
         answers = dataset[f"{name}_by_law"].sel({f"{name}_law": law.name}).values.ravel()
         expected = [law.evaluate(shot).value for shot in sweep.shots()]
@@ -142,7 +144,7 @@ def test_shot__of_a_wall_without_a_yield_stress_has_no_answer() -> None:
     sweep = sweep_of(PLAIN, materials=soft, fixed={**SHIELD, "wall": "soft"})
     said = load("whipple_nno").evaluate(next(iter(sweep.shots())))
     assert math.isnan(said.value)
-    assert [reason.code for reason in said.reasons] == [Code.NO_YIELD_STRESS]
+    assert [reason.code for reason in said.reasons] == [ShieldCode.NO_YIELD_STRESS]
     assert [row.equations for row in rows_of(sweep)] == [(), (), ()]
 
 

@@ -8,16 +8,27 @@ from typing import Any
 
 import pytest
 
-from studies.observations.shields import drawn
-from studies.observations.shields.answers import answer
-from studies.observations.shields.drawn import DrawnShots
-from studies.observations.shields.inverse import Size, resized
-from studies.observations.shields.joined import Joint
-from studies.observations.shields.probability import probability
 from studies.reports.wording import MOST_WORDS
 from studies.shields.section import Apart, NotJoined, WallRun
+from studies.shields.shots import drawn
+from studies.shields.shots.answers import answer
+from studies.shields.shots.chance import probability
+from studies.shields.shots.drawn import DrawnShots
+from studies.shields.shots.inverse import Size, resized
+from studies.shields.shots.joined import Joint
 from studies.sweeps.sweep import Sweep
-from tests.studies.shields.made import PLAIN, SHIELD, SHOT, computed, part_of, record_of, result_of, rows_of, sweep_of
+from tests.studies.shields.made import (
+    PLAIN,
+    SHIELD,
+    SHOT,
+    computed,
+    part_of,
+    record_of,
+    result_of,
+    rows_of,
+    shots_of,
+    sweep_of,
+)
 from tests.studies.support import fakes
 
 GAIN, NO_GAIN = DrawnShots(17, 0.02, 0.01, 8, 3), DrawnShots(17, 0.02, 0.03, 8, 6)
@@ -53,7 +64,7 @@ def runs_of(sweep: Sweep, results: Any = None) -> list[tuple[float, WallRun]]:
 
 def test_runs__have_the_probability_before_and_after() -> None:
     sweep = sweep_of(PLAIN, resolution=FINE)
-    [first, *_] = sweep.shots()
+    [first, *_] = shots_of(sweep)
     runs = runs_of(sweep)
     assert len(runs) == 9
     for speed, run in runs:
@@ -109,7 +120,7 @@ def test_opening__is_the_probability_with_shots_and_safe_sizes(name: str) -> Non
 
 def test_sizes__have_the_risk_that_they_are_named_with() -> None:
     sweep = sweep_of([], **ONE)
-    [shot] = sweep.shots()
+    [shot] = shots_of(sweep)
     beside, expected = record_of(part_of(sweep)).beside, answer(shot)
     assert beside is not None
     for each in beside.safe:

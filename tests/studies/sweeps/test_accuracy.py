@@ -13,6 +13,7 @@ from studies.convergence.experience import Experience, cells_for, mesh_error
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.accuracy import ACCURACY, USUAL, cells_of, in_percent, read_accuracy
 from studies.sweeps.cost import presets_of
+from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 from tests.studies.convergence.test_experience import KNOWN
@@ -99,7 +100,7 @@ def test_accuracy__that_is_none_is_refused_with_a_cure(raw: Any, cure: str) -> N
 
 def test_accuracy__gives_each_point_the_fewest_cells_that_hold_it() -> None:
     sweep = Sweep.parse(HOLES)
-    assert (sweep.shape, sweep.refinements) == ((2, 2), ())
+    assert (sweep.grid.shape, sweep.refinements) == ((2, 2), ())
     points = sweep.runs()
     for point in points:
         grid = point.run.mesh_grids["hole_diameter"]
@@ -124,7 +125,7 @@ def test_accuracy__is_usual_where_nothing_states_the_cells() -> None:
 
 def test_accuracy__goes_with_offsets_and_not_with_a_resolution() -> None:
     sweep = Sweep.parse({**HOLES, "offsets": 2})
-    assert (sweep.shape, len({*cells(sweep)})) == ((2, 2, 2), 2)
+    assert (sweep.grid.shape, len({*cells(sweep)})) == ((2, 2, 2), 2)
     assert "give one of the two" in refused({**HOLES, "resolution": 16})
     assert "accuracy, or cells_per_diameter under fixed" in refused(
         {**HOLES, "fixed": {**COPPER, "cells_per_diameter": 16}}
@@ -254,7 +255,7 @@ def test_of_point__states_the_cells_of_its_run() -> None:
 
 
 def test_with_values__chooses_the_cells_of_new_points() -> None:
-    longer = Sweep.parse(HOLES).with_values("plate_thickness", ["1.6 mm"])
+    longer = with_values(Sweep.parse(HOLES), "plate_thickness", ["1.6 mm"])
     assert cells(longer)[0::3] == cells(Sweep.parse(HOLES))[0::2]
     assert cells(longer)[1] < cells(longer)[0]
 

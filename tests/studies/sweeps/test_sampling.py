@@ -48,7 +48,7 @@ def test_document__of_a_sample_states_its_values_and_is_read_as_itself() -> None
     document = json.loads(json.dumps(sweep.document()))
     assert Sweep.parse(document) == sweep
     assert len(document["axes"]["speed"]["values"]) == document["points"] == 16
-    assert sweep.shape == (16, 2, 2)
+    assert sweep.grid.shape == (16, 2, 2)
     assert cost_of(sweep).runs == 64
     document["axes"]["speed"]["values"][0] = "3.25 km/s"
     assert Sweep.parse(document).axes[0].values[0] == 3250.0

@@ -17,6 +17,7 @@ from studies.runs.run import estimate
 from studies.sweeps import examples
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
+from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -66,7 +67,7 @@ def test_parse__gives_exact_values_in_si_with_the_stop() -> None:
     speed, thickness = sweep.axes
     assert speed.values == (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
     assert (speed.unit, thickness.values) == ("m s-1", (0.002, 0.003, 0.004))
-    assert (sweep.shape, sweep.size, sweep.combine) == ((6, 3), 18, "grid")
+    assert (sweep.grid.shape, sweep.size, sweep.combine) == ((6, 3), 18, "grid")
     assert sweep.fixed["target.strength.A"] == 100e6
 
 
@@ -112,10 +113,10 @@ def test_runs__of_a_zip_pair_the_axes() -> None:
     document = changed("axes/speed", ["2 km/s", "4 km/s", "2 km/s"])
     document["combine"] = "zip"
     sweep = Sweep.parse(document)
-    assert sweep.shape == (3,)
+    assert sweep.grid.shape == (3,)
     assert [point.index for point in sweep.runs()] == [(0,), (1,), (2,)]
     refined = Sweep.parse({**document, "resolution": [16, 32]})
-    assert refined.shape == (3, 2)
+    assert refined.grid.shape == (3, 2)
     assert [point.index for point in refined.runs()][:3] == [(0, 0), (0, 1), (1, 0)]
 
 
@@ -250,7 +251,7 @@ def refined(**changes: Any) -> dict[str, Any]:
 
 def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None:
     sweep = Sweep.parse(refined(resolution=[16, 32, 64], offsets=3))
-    assert (sweep.shape, sweep.size) == ((6, 3, 3, 3), 162)
+    assert (sweep.grid.shape, sweep.size) == ((6, 3, 3, 3), 162)
     points = sweep.runs()
     assert len(points) == 162
     assert points[10].index == (0, 1, 0, 1)
@@ -348,11 +349,11 @@ def test_of_point__is_the_same_run_and_nothing_beside_it(changes: dict[str, Any]
 
 def test_with_values__keeps_the_order_of_values_that_ascend() -> None:
     sweep = Sweep.parse(refined(resolution=[16, 32]))
-    assert sweep.with_values("speed", ["4500 m/s"]).axes[0].values[2:5] == (4000.0, 4500.0, 5000.0)
-    assert sweep.with_values("cells_per_diameter", [24]).resolutions == (16.0, 24.0, 32.0)
+    assert with_values(sweep, "speed", ["4500 m/s"]).axes[0].values[2:5] == (4000.0, 4500.0, 5000.0)
+    assert with_values(sweep, "cells_per_diameter", [24]).resolutions == (16.0, 24.0, 32.0)
     falling = Sweep.parse(refined(axes={"speed": ["4 km/s", "3 km/s"]}, **THICK))
-    assert falling.with_values("speed", ["3.5 km/s"]).axes[0].values == (4000.0, 3000.0, 3500.0)
+    assert with_values(falling, "speed", ["3.5 km/s"]).axes[0].values == (4000.0, 3000.0, 3500.0)
     with pytest.raises(InvalidInput, match="an axis with values of its own"):
-        sweep.with_values("target", ["lead"])
+        with_values(sweep, "target", ["lead"])
     with pytest.raises(InvalidInput, match="speed"):
-        sweep.with_values("speed", ["3 km/s"])  # twice
+        with_values(sweep, "speed", ["3 km/s"])  # twice

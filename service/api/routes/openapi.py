@@ -1,0 +1,62 @@
+"""The OpenAPI document: open to callers without a key, as it names no sweep."""
+
+import json
+import threading
+from functools import cache
+
+from fastapi import APIRouter, FastAPI, Request, Response
+from pydantic import JsonValue
+
+from service.api.errors import MEDIA_TYPE
+from service.api.routes import Routes
+from service.api.schemas import component_schemas
+
+router = APIRouter(include_in_schema=False)
+ROUTES = Routes("openapi", 70, open=(router,))
+
+TAGS = [  # the parts of the documentation, in the order of work; each route has one of these names
+    {
+        "name": "submit",
+        "description": "A sweep document goes in; the response has its id and address. Examples use a document in "
+        "`sweep.json`, such as one of those below, and ids in `$SWEEP` and `$RUN`.",
+    },
+    {"name": "watch", "description": "See how far a sweep is, change its priority, stop it, or try again."},
+    {"name": "results", "description": "Cube, table and report of a sweep, and everything of it in one file."},
+    {"name": "runs", "description": "One simulation each: its parameters, its log, its files, its film."},
+    {"name": "catalogue", "description": "What a sweep may ask for, and what laws say without a run."},
+    {
+        "name": "keys",
+        "description": "Requests from other machines need a key. The operator makes one with `whipple keys create`; it "
+        "has the scopes `read`, `submit` or `admin`, and goes with each request.",
+    },
+    {"name": "operations", "description": "The queue as a whole, and what monitors read."},
+]
+PROBLEM = {
+    "description": "A problem document (RFC 9457)",
+    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
+}
+BUILDING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing build the document
+
+
+@router.get("/openapi.json")
+def show_openapi(request: Request) -> Response:
+    """The OpenAPI document."""
+    with BUILDING:
+        return Response(_written(request.app), media_type="application/json")
+
+
+@cache
+def _written(app: FastAPI) -> bytes:
+    return json.dumps(app.openapi()).encode()
+
+
+def add_schemas(app: FastAPI) -> None:
+    """Describe problem documents and report.json in the OpenAPI document."""
+    original = app.openapi
+
+    def openapi() -> dict[str, JsonValue]:
+        document = original()
+        document["components"]["schemas"] |= component_schemas()
+        return document
+
+    app.openapi = openapi  # type: ignore[method-assign]

@@ -1,0 +1,1 @@
+"""Published problems, computed and compared on the command line: ``whipple validate``."""

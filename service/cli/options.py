@@ -1,0 +1,109 @@
+"""Exit statuses and options that several commands share, and the objects made from them."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.sweeps.document import read_law_file, read_sweep_file
+
+if TYPE_CHECKING:
+    from service.client.client import Client
+    from service.settings import Settings
+
+SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
+
+Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html, appendix.html and report.json.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")]
+EveryColumn = Annotated[
+    bool, typer.Option("--all", help="Write every column into runs.csv: all results, parameters and the audit too.")
+]
+Threads = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|N",
+        help="Threads of a run; auto (default) uses cores that no other run needs. Results are independent of it.",
+    ),
+]
+KeepOption = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
+Url = Annotated[str | None, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service; default a local one.")]
+KeyFile = Annotated[
+    Path | None,
+    typer.Option(help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."),
+]
+SweepFile = Annotated[Path, typer.Argument(metavar="FILE", help="A sweep document (YAML or JSON).")]
+Laws = Annotated[
+    list[Path] | None,
+    typer.Option("--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."),
+]
+Accuracy = Annotated[
+    str | None,
+    typer.Option(
+        metavar="3%|draft|standard|fine",
+        help="Mesh error of what is measured, in place of the resolution and the offsets of the file.",
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
+SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
+Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
+DatabaseUrl = Annotated[
+    str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
+]
+
+
+def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Any]:
+    """The document of a sweep, with the content of the files of fitted laws, at an accuracy; raises InvalidInput."""
+    document = read_sweep_file(file)
+    if accuracy is not None:
+        document = {key: part for key, part in document.items() if key not in ("resolution", "offsets")}
+        document["accuracy"] = accuracy
+    if laws:
+        own = document.get("laws") or []
+        document["laws"] = [*own, *map(read_law_file, laws)] if isinstance(own, list) else own
+    return document
+
+
+def client_of(url: str | None, key_file: Path | None) -> "Client":
+    """A client with the key of the options; raises InvalidInput."""
+    from service.client.client import Client
+
+    return Client(url, key=None if key_file is None else _key_in(key_file))
+
+
+def settings_of(**options: Path | str | int | None) -> "Settings":
+    """Settings from the environment and the options that are not None; raises InvalidInput."""
+    from pydantic import ValidationError
+
+    from service.settings import Settings
+
+    try:
+        return Settings.model_validate({name: value for name, value in options.items() if value is not None})
+    except ValidationError as error:
+        cure = "correct the option, or WHIPPLE_* in the environment"
+        raise InvalidInput(
+            Finding(".".join(map(str, item["loc"])), str(item["input"]), item["msg"], cure) for item in error.errors()
+        ) from None
+
+
+def folder_of(out: Path) -> Path:
+    """The folder, created if it is missing; raises InvalidInput."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise refusal("--out", str(out), "a folder", f"choose another folder: {error.strerror}") from None
+    return out
+
+
+def _key_in(file: Path) -> str:
+    """The key in a file; raises InvalidInput, which never shows the content."""
+    limit = "a file with an API key"
+    try:
+        words = file.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeError) as error:
+        cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
+        raise refusal("--key-file", str(file), limit, cure) from None
+    if len(words) != 1 or not words[0].isascii():
+        cure = "write only the secret that `whipple keys create` printed into the file"
+        raise refusal("--key-file", str(file), limit, cure)
+    return words[0]

@@ -1,0 +1,1 @@
+"""Decks of MPM3D on the command line."""

@@ -1,0 +1,55 @@
+"""Line charts of live pages: their points, and the image that a child process draws of them as of a report's."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from urllib.parse import urlencode
+
+from markupsafe import Markup
+
+MOST_LINES = 8  # in as many colours
+WIDTH, HEIGHT = 480, 330  # px of an image until it is there; its height then follows its legend
+
+
+@dataclass(frozen=True)
+class ChartLine:
+    """Points in SI; None where there is none."""
+
+    label: str
+    x: Sequence[float | None]
+    y: Sequence[float | None]
+    uncertainty: Sequence[float | None] = ()  # half lengths of error bars
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over a common abscissa; each axis has a name, a label and an SI unit."""
+
+    title: str
+    x: tuple[str, str, str | None]
+    y: tuple[str, str, str | None]
+    lines: Sequence[ChartLine]
+    marked: bool = False  # whether each point has a mark
+
+    @property
+    def is_empty(self) -> bool:
+        return all(value is None for line in self.lines for value in line.y)
+
+    def drawn_part(self) -> "Chart":
+        """The chart with the most lines that are drawn, spread evenly over all."""
+        count = len(self.lines)
+        if count <= MOST_LINES:
+            return self
+        return replace(self, lines=[self.lines[k * count // MOST_LINES] for k in range(MOST_LINES)])
+
+    def image(self, path: str, query: Mapping[str, str | int]) -> Markup:
+        """The image that a path gives, whose address changes with its content; nothing where no point has a value."""
+        if self.is_empty:
+            return Markup("")
+        content = sha256(json.dumps(asdict(self)).encode()).hexdigest()[:16]
+        address = f"{path}?{urlencode({**query, 'content': content})}"
+        tag = Markup('<img class="chart" src="{}" alt="{}" width="{}" height="{}" loading="lazy">{}')
+        more = len(self.lines) - MOST_LINES
+        note = Markup("<p>{} of {} lines are drawn.</p>").format(MOST_LINES, len(self.lines)) if more > 0 else ""
+        return tag.format(address, f"{self.title} against {self.x[1]}", WIDTH, HEIGHT, note)

@@ -1,0 +1,76 @@
+"""What child processes compute for pages: sweeps that are made of a stored one, and drawings."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+from service.api.reading import expanded_sweep
+from service.pages.charts import Chart
+from service.pages.forms import read_value
+from service.records.expansion import ExpandedSweep
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Plain, Value
+from studies.sweeps.longer import with_values
+from studies.sweeps.reading import ACCEPTED, SweepLimits
+from studies.sweeps.sweep import Sweep
+
+
+@dataclass(frozen=True)
+class FurtherValues:
+    """Values, with commas between them, for an axis of a sweep."""
+
+    document: Mapping[str, Plain]
+    axis: str
+    values: str
+    max_runs: int
+
+
+def longer(further: FurtherValues) -> ExpandedSweep:
+    """A sweep with further values on one of its axes; raises InvalidInput."""
+    values = read_value("values", further.values)
+    sweep = Sweep.parse(further.document, ACCEPTED)
+    sweep = with_values(sweep, further.axis, values if isinstance(values, list) else [values])
+    # Once more, under the limits of a sweep that is posted.
+    return expanded_sweep(Sweep.parse(sweep.document(), SweepLimits(further.max_runs)))
+
+
+@dataclass(frozen=True)
+class SingleRun:
+    """A run in a sweep."""
+
+    id: str
+    document: Mapping[str, Plain]
+    coordinates: Mapping[str, Value]
+    title: str  # of the sweep of it alone
+    max_runs: int
+
+
+def alone(single: SingleRun) -> ExpandedSweep:
+    """The sweep of a single run of a sweep; raises InvalidInput."""
+    sweep = Sweep.parse(single.document, ACCEPTED)
+    if {*single.coordinates} < {axis.name for axis in sweep.axes}:  # a run that screens the models
+        cure = "submit a sweep with these parameters"
+        raise InvalidInput([Finding("run", single.id, "a run at a point of the axes of its sweep", cure)])
+    document = replace(sweep.of_point(single.coordinates), title=single.title).document()
+    expanded = expanded_sweep(Sweep.parse(document, SweepLimits(single.max_runs)))
+    if expanded.points[0].run_id != single.id:
+        cure = "submit its sweep again: results of different versions stay separate"
+        raise InvalidInput([Finding("run", single.id, "a run of this version of the physics", cure)])
+    return expanded
+
+
+def drawn_material(name: str) -> list[tuple[str, str]]:
+    """The pictures of a material that ships, each with its title, as images."""
+    from studies import materials
+    from studies.reports.drawing.images import as_image
+    from studies.reports.drawing.material import drawings
+
+    return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(name))]
+
+
+def drawn_chart(chart: Chart) -> str:
+    """A line chart of a live page as SVG."""
+    from studies.reports.drawing.charts import lines
+    from studies.reports.drawing.images import as_files
+
+    [svg] = as_files(lines(asdict(chart)))
+    return svg

@@ -1,0 +1,190 @@
+"""The form of a new sweep, made from the record of its scenario; its cost, its set-up, and the same request elsewhere.
+
+A child process reads the form (``service.pages.forms``), as it reads the documents of programs. The page comes back
+with what it found, so that the form works without scripts; a script asks for the same page while a person writes.
+"""
+
+import secrets
+from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import HTMLResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
+
+from service.api.access import Caller, Submitter
+from service.api.browsers import FormFields, check_token
+from service.api.dependencies import in_child, submit, submitting
+from service.api.routes.sweeps import priced
+from service.pages.browsers import ONCE, idempotency_of
+from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
+from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, SweepForm, asked
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, page
+from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
+from service.store import Store
+from studies import materials, scenarios
+from studies.quantities.findings import Findings, InvalidInput, nearest_cure, refusal
+from studies.quantities.parameters import Plain, declared, grouped
+from studies.scenarios import Scenario
+from studies.sweeps import examples
+from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent
+from studies.sweeps.document import read_yaml
+from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
+
+ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
+UNPROCESSABLE = 422
+
+
+# The parameter of a scenario that a field sets.
+NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}
+
+
+@router.get("/new")
+def choose_scenario(request: Request, caller: Submitter) -> Response:
+    """The scenarios, each with its presets."""
+    listed = [(scenarios.load(name), [*_presets(name).items()]) for name in scenarios.names()]
+    return page(request, "new.html", caller, scenarios=listed)
+
+
+# --- the form -------------------------------------------------------------------------------------
+
+
+@router.get("/new/{scenario}")
+async def show_form(
+    request: Request,
+    scenario: str,
+    caller: Submitter,
+    preset: Annotated[str | None, Query()] = None,
+    sweep: Annotated[str | None, Query()] = None,
+) -> Response:
+    """The form, empty or with the values of a preset, a sweep or the address."""
+    document = await run_in_threadpool(_beginning, request.app.state.store, scenario, preset, sweep)
+    form = _form(request, scenario, request.query_params, document)
+    return await run_in_threadpool(_form_page, request, caller, await in_child(request, asked, form), {})
+
+
+def _beginning(store: Store, scenario: str, preset: str | None, sweep: str | None) -> Mapping[str, Plain]:
+    """The document of a preset or of a sweep, with which a form begins; empty without one."""
+    if sweep:
+        document = store.sweeps.document(sweep)
+        return document if document["scenario"] == scenario else {}
+    presets = _presets(scenario)
+    if preset and preset not in presets:
+        raise refusal("preset", preset, f"a preset of {scenario}", nearest_cure(preset, presets))
+    return presets[preset] if preset else {}
+
+
+def _form(
+    request: Request,
+    scenario: str,
+    fields: Mapping[str, str],
+    document: Mapping[str, Plain] = MappingProxyType({}),
+    *,
+    is_submitted: bool = False,
+) -> SweepForm:
+    known = {*declared(scenarios.load(scenario).parameters), *OF_DOCUMENT}
+    written = {name: text for name, text in fields.items() if name in known}
+    return SweepForm(scenario, written, dict(document), is_submitted, request.app.state.settings.max_runs)
+
+
+@router.post("/new/{scenario}", name="submit", dependencies=[Depends(check_token)])
+async def read_form(request: Request, scenario: str, caller: Submitter, fields: FormFields) -> Response:
+    """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
+    refused = Findings()
+    options = refused.attempt(_options, fields) or (0, Keep.FINAL)
+    is_submitted = fields.get(ORDER) == SUBMIT and not refused
+    form = _form(request, scenario, fields, is_submitted=is_submitted)
+    async with submitting(request) if is_submitted else nullcontext():
+        sweep = await in_child(request, asked, form)
+        if sweep.expanded is not None:
+            once = idempotency_of(fields, sweep.yaml, fields.get("priority"), fields.get("keep"))
+            try:
+                stored = await submit(request, sweep.expanded, *options, once)
+            except InvalidInput as error:
+                refused.extend(error.findings)
+            else:
+                return RedirectResponse(f"/sweeps/{stored.id}", SEE_OTHER)
+    sweep = replace(sweep, findings=(*sweep.findings, *refused))
+    return await run_in_threadpool(_form_page, request, caller, sweep, fields, options)
+
+
+def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
+    """Priority of a sweep, and the files that it keeps; raises InvalidInput."""
+    priority, keep = form.get("priority") or "0", form.get("keep") or Keep.FINAL
+    if keep not in set(Keep):
+        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "choose one")
+    is_number = len(priority) <= len(str(PRIORITIES[0])) and priority.removeprefix("-").isdecimal()
+    if not is_number or int(priority) not in PRIORITIES:
+        raise refusal("priority", priority, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
+    return int(priority), Keep(keep)
+
+
+def _form_page(
+    request: Request,
+    caller: Caller,
+    asked: AskedSweep,
+    form: Mapping[str, str],
+    options: tuple[int, Keep] = (0, Keep.FINAL),
+) -> Response:
+    scenario = scenarios.load(asked.scenario)
+    record = declared(scenario.parameters)
+    is_submitted = form.get(ORDER) == SUBMIT
+    at = placed(asked.findings, {*record, *OF_DOCUMENT}, MORE)
+    missing = {} if is_submitted else {name: found for name, found in at.items() if is_missing(found)}
+    absent = {name for name, parameter in NEEDED.items() if parameter not in record}
+    state = request.app.state
+    return page(
+        request,
+        "ask.html",
+        caller,
+        status=UNPROCESSABLE if is_submitted else 200,
+        scenario=scenario,
+        presets=_presets(scenario.name),
+        groups=[*_groups(scenario, asked.fields)],
+        absent=absent if scenario.accurate else absent | {"accuracy"},
+        combinations=COMBINATIONS,
+        model_parts=MODEL_PARTS,
+        accuracies=[*ACCURACY],
+        usual_accuracy=in_percent(USUAL),
+        values=asked.fields,
+        findings={name: found for name, found in at.items() if name not in missing},
+        missing={name: label_of(name) for name in missing if name},
+        asked=asked,
+        estimate=None if asked.estimated is None else priced(request, asked.estimated),
+        workers=state.engine.workers() or state.settings.workers,
+        names=sorted({*materials.names(), *asked.own_materials}),
+        options={"priority": options[0], "keep": options[1]},
+        keeps=[*Keep],
+        priorities=PRIORITIES if caller.may(Scope.ADMIN) else USUAL_PRIORITIES,
+        once=form.get(ONCE) or secrets.token_urlsafe(),
+        order=ORDER,
+        address=str(request.base_url).rstrip("/"),
+        key_variable=KEY_VARIABLE if caller.name else "",
+    )
+
+
+def _presets(scenario: str) -> dict[str, dict[str, Plain]]:
+    """The shipped sweeps of a scenario, by name."""
+    documents = ((name, read_yaml(examples.text(name), name)) for name in examples.names())
+    return {name: document for name, document in documents if document["scenario"] == scenario}
+
+
+def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterator[FieldGroup]:
+    """The parameters of a scenario: first those that are required or have a value, then the records that it holds."""
+    record = declared(scenario.parameters)
+    groups = grouped(scenario.parameters)
+    own = {name for name in groups.get("", ()) if record[name].default is not None}
+    bodies = {name for name in scenario.materials if not record[name].optional}
+    first = [name for name in record if record[name].required or name in own | bodies or values.get(name)]
+    yield FieldGroup("Set-up", tuple(field_of(record[name]) for name in first))
+    for title, names in groups.items():
+        fields = tuple(field_of(record[name]) for name in names if name not in first)
+        if fields:
+            yield FieldGroup(label_of(title or "further"), fields)

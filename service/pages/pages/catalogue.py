@@ -1,0 +1,177 @@
+"""The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.responses import HTMLResponse
+from markupsafe import Markup
+
+from service.api.access import Reader
+from service.api.dependencies import in_child
+from service.pages.computed import drawn_material
+from service.pages.formulas import typeset
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
+from studies import laws, materials, measurements, observations, scenarios
+from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
+from studies.materials import CONFIDENCES, Material
+from studies.observations.table import rows_of
+from studies.observations.tables import further_tables
+from studies.quantities.display import display_alone
+from studies.quantities.parameters import declared
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+LINKS = (("/scenarios", "Scenarios"), ("/laws", "Laws"), ("/materials", "Materials"), ("/shots", "Shots"))
+PAGE = PageRoutes("catalogue", 40, router, LINKS)
+
+Drawings = list[tuple[str, str]]  # titles and images
+DRAWN: dict[str, Drawings] = {}  # by material
+SECTIONS: Mapping[str, str] = {
+    "": "At rest",
+    "elastic": "Elasticity",
+    "eos": "Equation of state",
+    "thermal": "Heat",
+    "strength": "Strength",
+    "tension": "Tension",
+    "fracture": "Fracture of Johnson and Cook",
+    "spall": "Spall",
+    "yield_stresses": "Yield stresses, for laws",
+}
+
+
+def shown(value: float, unit: str | None) -> str:
+    """A number with all of its digits, in the unit that people read.
+
+    >>> shown(74217892800.0, "Pa"), shown(1.4, "1"), shown(896.0, "J kg-1 K-1")
+    ('74.2178928 GPa', '1.4', '896 J kg⁻¹ K⁻¹')
+    """
+    display = display_alone(value, unit)
+    return f"{value * display.factor:.12g} {display.unit}".rstrip()
+
+
+@router.get("/scenarios")
+def show_scenarios(request: Request, caller: Reader) -> Response:
+    """Every scenario with its parameters and what it measures."""
+    listed = [scenarios.load(name) for name in scenarios.names()]
+    titles = {name: measurements.load(name).title for each in listed for name in each.measurements}
+    return page(
+        request,
+        "scenarios.html",
+        caller,
+        scenarios=[(each, declared(each.parameters).values()) for each in listed],
+        titles=titles,
+        shown=shown,
+    )
+
+
+@router.get("/laws")
+def show_laws(request: Request, caller: Reader) -> Response:
+    """Every law with its formula, range and source, by what it predicts."""
+    every = [laws.load(name) for name in laws.names()]
+    answered = {law.quantity for law in every}
+    measured = sorted(answered - {*laws.unmeasured()}, reverse=True)
+    titles = {name: measurements.load(name).title for name in measured}
+    titles |= {name: title for name, title in laws.unmeasured().items() if name in answered}
+    return page(
+        request,
+        "laws.html",
+        caller,
+        quantities=[(name, title, laws.answering(name)) for name, title in titles.items()],
+        typeset=typeset,
+        limit=_limit,
+        confidences=CONFIDENCES,
+    )
+
+
+def _limit(law: Law, limit: Limit) -> Markup:
+    """A limit of a law's range, with its source where that is another one than the law's."""
+    is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
+    notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
+    return typeset(limit_in_latex(limit)) + (f" ({', '.join(notes)})" if notes else "")
+
+
+@router.get("/materials")
+def show_materials(request: Request, caller: Reader) -> Response:
+    """Every material that ships, with its models."""
+    listed = [materials.load(name) for name in materials.names()]
+    return page(request, "materials.html", caller, materials=listed, shown=shown)
+
+
+async def _drawings(name: str, request: Request, _: Reader) -> Drawings:
+    """The pictures of a material, made once by a child process."""
+    if materials.load(name).name not in DRAWN:
+        DRAWN[name] = await in_child(request, drawn_material, name)
+    return DRAWN[name]
+
+
+@router.get("/materials/{name}")
+def show_material(
+    request: Request, name: str, caller: Reader, drawings: Annotated[Drawings, Depends(_drawings)]
+) -> Response:
+    """A material: every constant with its source, its Hugoniot and its flow stress."""
+    material = materials.load(name)
+    return page(
+        request,
+        "material.html",
+        caller,
+        material=material,
+        sections=[*_sections(material)],
+        drawings=drawings,
+        confidences=CONFIDENCES,
+    )
+
+
+@dataclass(frozen=True)
+class ShownConstant:
+    """A constant of a material as a page shows it."""
+
+    name: str
+    meaning: str
+    value: str
+    source: str
+    confidence: str
+
+
+def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant]]]:
+    """Title, model and constants of each section that has any."""
+    parameters = material.parameters()
+    for section, title in SECTIONS.items():
+        rows = []
+        for path, constant in material.sources.items():
+            inside, _, name = path.partition(".") if "." in path else ("", "", path)
+            if inside == section:
+                meaning = parameters[path].meaning if path in parameters else "stated, and not used"
+                value = "none" if constant.value is None else shown(constant.value, constant.unit)
+                is_yield = section == "yield_stresses"
+                rows.append(
+                    ShownConstant(name, "" if is_yield else meaning, value, constant.source, constant.confidence)
+                )
+        if rows:
+            yield title, getattr(getattr(material, section, None), "kind", ""), rows
+
+
+@router.get("/shots")
+def show_tables(request: Request, caller: Reader) -> Response:
+    """The tables of measured shots that ship."""
+    tables = [(each.name, each.address, each.remark, each.count()) for each in further_tables()]
+    for name in observations.names():
+        tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
+    return page(request, "shots.html", caller, tables=tables)
+
+
+def _remark(table: str) -> str:
+    """The remarks before a table, which say what it is."""
+    lines = observations.text(table).splitlines()
+    return " ".join(
+        line.removeprefix("#").strip()
+        for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))]
+    )
+
+
+@router.get("/shots/{table}")
+def show_shots(request: Request, table: str, caller: Reader) -> Response:
+    """A table of measured shots, as it ships."""
+    rows = [row for _, row in rows_of(observations.text(table), table)]
+    return page(request, "shot_table.html", caller, table=table, remark=_remark(table), rows=rows, columns=[*rows[0]])

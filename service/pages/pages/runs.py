@@ -1,0 +1,272 @@
+"""A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Annotated
+from zipfile import BadZipFile, ZipFile
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.responses import HTMLResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
+
+from service.api.access import Reader, Submitter
+from service.api.browsers import check_token
+from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
+from service.api.downloads import bring_back
+from service.api.routes.runs import log_of
+from service.api.schemas import FileModel, RunModel
+from service.files.artifacts import LOG, Artifacts
+from service.pages.charts import Chart, ChartLine
+from service.pages.computed import SingleRun, alone
+from service.pages.grid import in_words, quantities_of, value_of
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import SEE_OTHER, drawn, page
+from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunPlace, RunRow, Scope, State, Stored
+from service.store import Store
+from studies import measurements, scenarios
+from studies.laws import critical
+from studies.quantities.display import display_of, kind_of, printed_beside
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
+from studies.quantities.measured import flags_in_words
+from studies.quantities.parameters import Value, declared
+from studies.shields.shots.drawn import beside_held, failures_found
+from studies.sweeps.reading import RESOLUTION
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("runs", 90, router)
+
+MOST_SWEEPS = 5  # of a run, whose links are shown
+LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
+ENERGY, TIME = "energy", ("time", "time", "s")  # axes
+LOG_BYTES = 4096  # of the end of a log
+MOST_PLACES = 10  # sweeps of a run that are looked at
+FILM_OF = "Film of a run of "  # the title of a film begins so
+MOST_CHARTS = 24  # histories of measurements that are drawn
+
+
+async def _files(id: RunId, request: Request, _: Reader, store: AppStore) -> Sequence[Stored]:
+    """The files of a run, those that its page shows brought back from a bucket."""
+    files = await run_in_threadpool(store.runs.files, id)
+    names = {RESULT, LOG} if any(file.name == STATE for file in files) else {RESULT, LOG, SECTIONS}
+    await bring_back(request, *(file for file in files if file.name in names))
+    return files
+
+
+RunFiles = Annotated[Sequence[Stored], Depends(_files)]
+
+
+def _histories(id: RunId, files: RunFiles, store: AppStore, artifacts: LocalArtifacts) -> dict[str, Chart]:
+    """The charts of a run by name."""
+    result = next((file for file in files if file.name == RESULT), None)
+    if result is None or result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
+        return {}
+    return _charts(artifacts, result, store.runs.get(id).scenario)
+
+
+Histories = Annotated[dict[str, Chart], Depends(_histories)]
+
+
+@router.get("/runs/{id}")
+def show_run(
+    request: Request,
+    id: RunId,
+    caller: Reader,
+    store: AppStore,
+    artifacts: LocalArtifacts,
+    files: RunFiles,
+    histories: Histories,
+) -> Response:
+    """A run: its state, histories, pictures, parameters, log and files."""
+    run, spec = store.runs.get(id), store.runs.spec(id)
+    places = store.runs.places(id, MOST_SWEEPS + 1)
+    names = {file.name for file in files}
+    is_open = run.state not in TERMINAL
+    return page(
+        request,
+        "run.html",
+        caller,
+        run=run,
+        scenario=scenarios.load(run.scenario),
+        places=[(place, in_words(run.scenario, place.coordinates)) for place in places[:MOST_SWEEPS]],
+        is_in_more=len(places) > MOST_SWEEPS,
+        measured=list(_measured(run, spec["parameters"])),
+        so_far=list(_so_far(run, spec["parameters"])),
+        charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
+        views=[view for view, sources in VIEWS.items() if names & {*sources}],
+        has_film=FILM in names,
+        may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
+        has_radiograph=_has_radiograph(artifacts, files, spec["parameters"]),
+        parameters=list(_parameters(run.scenario, spec["parameters"], _asked(store, places))),
+        materials=spec["materials"],
+        log=_log_end(store, artifacts, id),
+        files=[FileModel.of(id, file) for file in files],
+        links=RunModel.of(run).links,
+        events=RunModel.of(run).links["events"] if is_open else None,
+    )
+
+
+@router.get("/runs/{id}/histories/{name}")
+async def show_history(request: Request, name: str, histories: Histories) -> Response:
+    """A history of a run: SVG."""
+    if name not in histories:
+        raise NotFound("history", name[:80])
+    return await drawn(request, histories[name])
+
+
+@router.post("/runs/{id}/film", name="submit", dependencies=[Depends(check_token)])
+async def compute_film(request: Request, id: RunId, _: Submitter, store: AppStore, settings: AppSettings) -> Response:
+    """Compute a run again that kept no film, for a sweep of it alone that keeps one; its page shows it then."""
+    run = await run_in_threadpool(_single, id, store, settings.max_runs)
+    async with submitting(request):
+        sweep = await in_child(request, alone, run)
+        if await run_in_threadpool(lambda: _lacks_film(store.runs.get(id), store.runs.files(id))):
+            await submit(request, sweep, keep=Keep.FILM)
+    return RedirectResponse(f"/runs/{id}", SEE_OTHER)
+
+
+def _single(id: str, store: Store, max_runs: int) -> SingleRun:
+    """A run in the youngest of its sweeps; raises NotFound, Conflict."""
+    run, places = store.runs.get(id), store.runs.places(id, MOST_PLACES)
+    place = next((place for place in places if "screening" not in place.coordinates), None)
+    if place is None:
+        raise Conflict("no sweep has this run at a point of its axes any more; submit one that does")
+    title = f"{FILM_OF}{place.title.removeprefix(FILM_OF)}"[:200]
+    return SingleRun(run.id, store.sweeps.document(place.sweep_id), place.coordinates, title, max_runs)
+
+
+def _lacks_film(run: RunRow, files: Iterable[Stored]) -> bool:
+    """Whether a run has a result without a film, and none is under way."""
+    return run.state is State.SUCCEEDED and all(file.name != FILM for file in files)
+
+
+def _has_radiograph(artifacts: Artifacts, files: Iterable[Stored], parameters: Mapping[str, Value]) -> bool:
+    """Whether there is the final state of an impact, upright and so the same from all sides, or else a radiograph."""
+    named = {file.name: file for file in files}
+    if STATE in named:
+        return "projectile_diameter" in parameters and not parameters.get("obliquity")
+    with suppress(KeyError, OSError, BadZipFile), ZipFile(artifacts.local(named[SECTIONS])) as archive:
+        return "radiograph.npy" in archive.namelist()
+    return False
+
+
+@dataclass(frozen=True)
+class PrintedNumber:
+    """What a run measured, as people read it."""
+
+    title: str
+    meaning: str
+    text: str
+    bar: str
+    unit: str
+    flags: list[str]
+    raw: str = ""  # what was read off, before the mesh error was taken off
+
+
+def _measured(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
+    """What a run measured, in the order of its scenario, as people read it."""
+    found = (run.summary or {}).get("measurements", {})
+    for name in quantities_of(run.scenario):
+        if name in found:
+            uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
+            printed = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
+            raw = found[name].get("raw")
+            read = "" if raw is None else _printed(name, raw, uncertainty, (), parameters).text
+            yield replace(printed, raw=read)
+
+
+def _so_far(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
+    """What a running run has measured so far."""
+    if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
+        found = run.progress.get("measured") or {}
+        for name in quantities_of(run.scenario):
+            if name in found:
+                yield _printed(name, found[name], None, (), parameters)
+
+
+def _printed(
+    name: str, value: float | None, uncertainty: float | None, flags: Sequence[str], parameters: Mapping[str, Value]
+) -> PrintedNumber:
+    measurement = measurements.load(name)
+    kind = kind_of(measurement.unit)
+    if measurement.is_outcome and value is not None:
+        text = measurement.outcomes[round(value)]
+        if name in critical() and not value:  # a wall holds
+            normal_speed = float(parameters["speed"] or 0.0) * math.cos(float(parameters.get("obliquity") or 0.0))
+            text = f"{text}; {beside_held(failures_found(str(parameters.get('failure')), normal_speed))}"
+    else:
+        text = printed_beside(value, kind, uncertainty)
+    return PrintedNumber(
+        measurement.title,
+        measurement.meaning,
+        text,
+        bar=printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
+        unit="" if measurement.is_outcome else display_of(measurement.unit).unit,
+        flags=flags_in_words(flags),
+    )
+
+
+@lru_cache(maxsize=16)
+def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Chart]:
+    """The histories of a result by name: energies, then measurements in the order of the scenario."""
+    plain = artifacts.read_json(result)
+    charts = {ENERGY: _energies(plain["histories"], plain["histories"])} if plain.get("histories") else {}
+    for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
+        history, measurement = plain["measurements"][name]["history"], measurements.load(name)
+        if len(history["time"]) > 1:
+            lines = [ChartLine(measurement.title, history["time"], history["value"])]
+            charts[name] = Chart(measurement.title, TIME, (name, measurement.title, measurement.unit), lines)
+    return {name: chart for name, chart in charts.items() if not chart.is_empty}
+
+
+def _energies(bodies: Mapping[str, Sequence[Sequence[float]]], histories: Mapping[str, Sequence[float]]) -> Chart:
+    """Where the energy of all bodies is over time."""
+    of_bodies = {"kinetic": "kinetic_energy", "internal": "internal_energy", "has left the grid": "departed_energy"}
+    of_run = {"removed by contact": "contact_energy", "otherwise removed": "otherwise_removed_energy"}
+    sums = {label: [sum(moment) for moment in zip(*bodies[name], strict=True)] for label, name in of_bodies.items()}
+    sums |= {label: [*histories[name]] for label, name in of_run.items()}
+    sums = {label: values for label, values in sums.items() if any(values)}
+    sums["all together"] = [sum(moment) for moment in zip(*sums.values(), strict=True)]
+    lines = [ChartLine(label, histories["time"], values) for label, values in sums.items()]
+    return Chart("Energy", TIME, (ENERGY, "energy", "J"), lines)
+
+
+def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
+    """The parameters that the youngest sweep of a run names."""
+    if not places:
+        return set()
+    document = store.sweeps.document(places[0].sweep_id)
+    return {*places[0].coordinates, *document.get("fixed", {}), RESOLUTION}
+
+
+@dataclass(frozen=True)
+class PrintedParameter:
+    """A parameter of a run as people read it, and whether its sweep asked for its value."""
+
+    name: str
+    text: str
+    meaning: str
+    asked: bool
+
+
+def _parameters(scenario: str, parameters: Mapping[str, Value], asked: set[str]) -> Iterator[PrintedParameter]:
+    described = declared(scenarios.load(scenario).parameters)
+    for name, value in parameters.items():
+        meaning = described[name].meaning if name in described else ""
+        yield PrintedParameter(name, value_of(scenario, name, value), meaning, name in asked)
+
+
+def _log_end(store: Store, artifacts: Artifacts, id: str) -> str:
+    """The last lines of the log of a run; empty without one."""
+    try:
+        file, registered = log_of(id, store, artifacts)
+        if registered is not None and not artifacts.may_be_shown(registered):
+            return ""
+        with file.open("rb") as log:
+            log.seek(max(0, file.stat().st_size - LOG_BYTES))
+            text = log.read(LOG_BYTES).decode(errors="replace")
+    except (NotFound, OSError):
+        return ""
+    return text if file.stat().st_size <= LOG_BYTES else text.partition("\n")[2]

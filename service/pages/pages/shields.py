@@ -1,0 +1,149 @@
+"""Shields: what published laws and measured shots say of one, at once, as a form and its answer; and the shots."""
+
+from collections.abc import Mapping
+from functools import cache
+from itertools import islice
+from typing import Annotated
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import HTMLResponse
+
+from service.api.access import Reader
+from service.api.dependencies import in_child
+from service.pages.answered import AnsweredForm, answered_form
+from service.pages.fields import field_of, placed
+from service.pages.page_routes import PageRoutes
+from service.pages.rendering import page
+from service.records.jobs import KEY_VARIABLE
+from studies import materials
+from studies.answers.question import shot_parameters
+from studies.quantities.display import printed_in, with_unit
+from studies.quantities.findings import InvalidInput
+from studies.quantities.numerical_defaults import NO_FAILURE
+from studies.quantities.parameters import Value, declared
+from studies.shields.answered import PLATE
+from studies.shields.answered import TARGET as SHIELD
+from studies.shields.shots.drawn import FAST, beside_held, failures_found
+from studies.shields.shots.table import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
+from studies.sweeps.document import read_yaml
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
+
+# The sheet has its styles inside, and runs and loads nothing.
+SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
+ALWAYS = (
+    *("speed", "obliquity", "projectile", "projectile_diameter", "bumper", "bumper_thickness", "stand_off", "wall"),
+    "wall_thickness",
+)
+
+SHOWN = 100  # shots on shields on one page
+# Columns of shots on shields, and those by which they are chosen.
+COLUMNS = (
+    *("outcome", "speed", "obliquity", "projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness"),
+    *("wall_yield_stress", "projectile", "bumper", "wall", "source", "shot"),
+)
+FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_thickness", "source")
+
+
+@cache
+def _example() -> Mapping[str, str]:
+    """The shield that ships."""
+    assert SHIELD.example is not None
+    document = read_yaml(SHIELD.example.read_text(encoding="utf-8"), SHIELD.example.name)
+    return {name: str(value) for name, value in document.items()}
+
+
+def _fields(request: Request) -> Mapping[str, str]:
+    """The fields of a form in the address; without any, those of the shield that ships."""
+    known = shot_parameters()
+    given = {name: text.strip() for name, text in request.query_params.items() if name in known}
+    return {name: text for name, text in given.items() if text} or _example()
+
+
+ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
+
+
+async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AnsweredForm:
+    return await in_child(request, answered_form, fields)
+
+
+AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
+
+
+@router.get("/shields")
+def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
+    """The form of a shield, and what laws and shots say of it."""
+    every = {name: field_of(each) for name, each in shot_parameters().items() if name not in PLATE}
+    return page(
+        request,
+        "shields.html",
+        caller,
+        first=[every[name] for name in ALWAYS],
+        others=[each for name, each in every.items() if name not in ALWAYS],
+        values=fields,
+        findings=placed(answer.findings, every),
+        answer=answer,
+        is_example=fields == _example(),
+        names=materials.names(),
+        shots=len(published().shots),
+        query=urlencode(fields),
+        simulation=_simulation(fields),
+        beside_held=beside_held(failures_found(NO_FAILURE, FAST)),
+        address=str(request.base_url).rstrip("/"),
+        key_variable=KEY_VARIABLE if caller.name else "",
+    )
+
+
+def _simulation(fields: Mapping[str, str]) -> str:
+    """The address of the form that simulates a shield; empty for another target."""
+    if "bumper" not in fields:
+        return ""
+    given = {"wall": fields["bumper"], **fields}
+    if "projectile_length" in given:
+        given["projectile_shape"] = "cylinder"
+    given.pop("wall_yield_stress", None)  # a run has the strength of its materials
+    return "/new/whipple_shield?" + urlencode(given)
+
+
+@router.get("/shields/sheet")
+def show_sheet(answer: AnswerToForm) -> Response:
+    """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
+    if answer.findings:
+        raise InvalidInput(answer.findings)
+    return HTMLResponse(answer.sheet, headers={"Content-Security-Policy": SHEET_POLICY})
+
+
+@router.get("/shots/shields")
+def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Query(ge=0)] = 0) -> Response:
+    """Measured shots on shields, those that the address chooses."""
+    chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
+    within = read_filters([f"{name}={text}" for name, text in chosen.items()])
+    found = filtered(every := published().shots, *within)
+    fields = declared(ShieldShot)
+    units = {name: fields[name].unit for name in COLUMNS}
+    rows = [
+        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
+        for each in islice(found, begin, begin + SHOWN)
+    ]
+    return page(
+        request,
+        "shield_shots.html",
+        caller,
+        columns=[with_unit(name.replace("_", " "), unit) for name, unit in units.items()],
+        rows=rows,
+        found=found,
+        begin=begin,
+        shown=SHOWN,
+        chosen=chosen,
+        filters=FILTERS,
+        choices={"outcome": OUTCOMES, "source": sorted({shot.source for shot in every})},
+        following=str(request.url.include_query_params(begin=begin + SHOWN).query),
+        citation=citation,
+    )
+
+
+def _cell(value: Value, unit: str | None) -> str:
+    """A number in the unit of its column."""
+    return str(value) if unit is None or isinstance(value, str) else printed_in(value, unit)

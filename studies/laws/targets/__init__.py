@@ -1,0 +1,102 @@
+"""What a projectile hits, as laws see it: a plate or a block here, and what features add.
+
+A feature adds one through the entry-point group ``whipple.studies.laws.targets``. Its parameters, where a shot states
+some, make a shot of its own kind: a :class:`Shot` with more fields.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from solver.registry import entries
+from studies.laws._shot import Shot
+from studies.materials import Material, load
+from studies.quantities.parameters import Value
+
+Stated = Mapping[str, float | int | bool | str]  # parameters of a shot, SI, without those that are None
+Materials = Mapping[str, Material]  # by the parameter that names it
+
+
+class Resolved(Protocol):
+    """A run, as far as its shot is concerned."""
+
+    @property
+    def parameters(self) -> Mapping[str, Value]:
+        """Values by name, SI."""
+
+    @property
+    def materials(self) -> Mapping[str, Mapping[str, object]]:
+        """Resolved materials by the parameter that names them."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A kind of target."""
+
+    name: str
+    place: int  # of several whose parameters are stated the first one counts
+    named_by: frozenset[str]  # its parameters; of what is hit where no other target is named, none
+    scenario: str  # that simulates such shots
+    roles: Callable[[Stated], tuple[str, ...]]  # the parameters that name a material, besides the projectile
+    shot: Callable[[Stated, Materials], Shot]  # KeyError where a parameter is missing
+
+
+def target_of(stated: Collection[str]) -> Target:
+    """The target that parameters name."""
+    every: list[Target] = sorted(entries(__name__, "TARGET").values(), key=lambda target: target.place)
+    return next(each for each in every if not each.named_by or not each.named_by.isdisjoint(stated))
+
+
+def shot_of(run: Resolved) -> Shot:
+    """The shot that a run computes; KeyError where it describes none."""
+    return shot_from(run.parameters, {role: Material.from_resolved(plain) for role, plain in run.materials.items()})
+
+
+def shot_from(parameters: Mapping[str, Value], materials: Materials | None = None) -> Shot:
+    """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
+
+    KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing or None.
+
+    >>> shot = {"speed": 6500.0, "projectile": "al-2017-t4", "projectile_diameter": 5e-3, "target": "al-6061-t6"}
+    >>> shot_from({**shot, "plate_thickness": 1e-3}).thickness_ratio
+    0.2
+    """
+    stated = {name: value for name, value in parameters.items() if value is not None}
+    target = target_of(stated)
+    if materials is None:
+        materials = {role: load(str(stated[role])) for role in ("projectile", *target.roles(stated))}
+    return target.shot(stated, materials)
+
+
+def plain_shot(stated: Stated, materials: Materials, role: str = "target", thickness: str = "plate_thickness") -> Shot:
+    """The shot at the plate of a role's material whose thickness a parameter states; at a block where it does not."""
+    return Shot(
+        speed=float(stated["speed"]),
+        projectile_diameter=_equivalent_diameter(stated),
+        plate_thickness=float(stated[thickness]) if thickness in stated else None,
+        projectile=materials["projectile"],
+        target=materials[role],
+        obliquity=float(stated.get("obliquity", 0.0)),
+        length_ratio=_length_ratio(stated),
+    )
+
+
+def _equivalent_diameter(stated: Stated) -> float:
+    """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
+    diameter = float(stated["projectile_diameter"])
+    if stated.get("projectile_shape") != "cylinder":
+        return diameter
+    return float((1.5 * diameter**2 * float(stated["projectile_length"])) ** (1.0 / 3.0))
+
+
+def _length_ratio(stated: Stated) -> float:
+    """L/d of a cylinder; 1 of a sphere."""
+    if stated.get("projectile_shape") != "cylinder":
+        return 1.0
+    return float(stated["projectile_length"]) / float(stated["projectile_diameter"])
+
+
+TARGET = (
+    Target("plate", 50, frozenset({"plate_thickness"}), "thin_plate", lambda stated: ("target",), plain_shot),
+    Target("block", 100, frozenset(), "thick_plate", lambda stated: ("target",), plain_shot),
+)

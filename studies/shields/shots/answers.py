@@ -1,0 +1,138 @@
+"""What a designer asks of a shield: does it hold, how sure is that, and what did real shots do."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from solver.units import Metre
+from studies import laws
+from studies.answers.targets import Addition
+from studies.quantities.display import percent
+from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
+from studies.shields.shots.chance import Probability, probability
+from studies.shields.shots.inverse import SafeSize, safe_sizes
+from studies.shields.shots.judged import Judged, equations, judge
+from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
+
+# What the field calls the equations, in a sentence.
+SHORT: Mapping[str, str] = {
+    "whipple_nno": "NNO",
+    "whipple_nno_modified": "modNNO",
+    "whipple_jsc": "JSC",
+    "whipple_reimerdes": "Reimerdes",
+    "whipple_srl": "SRL",
+    "whipple_srl_three_walls": "SRL",
+}
+LISTED = 10  # nearest shots of an answer
+
+
+@dataclass(frozen=True)
+class Word:
+    """What an equation says of a shield and a projectile."""
+
+    law: str
+    says: Literal["holds", "fails", "outside"]
+    critical_diameter: Metre  # NaN where the equation has none
+    reason: str  # why the shot is outside the equation's range; empty inside
+
+    @property
+    def short(self) -> str:
+        """The equation's short name."""
+        return SHORT.get(self.law, laws.load(self.law).title)
+
+
+@dataclass(frozen=True)
+class Ordered:
+    """The published shots on the same metals that are easier than one in every respect, or harder."""
+
+    shots: int
+    contrary: int  # of these: easier and failed, or harder and held
+    nearest: tuple[NearShot, ...]  # contrary shots, the one most like the question first
+
+
+@dataclass(frozen=True)
+class ShieldAnswer(Addition):
+    """The probability that a wall is perforated, what each equation says, and the shots near it."""
+
+    probability: Probability | None  # None outside of all shots, and where no equation covers the shot
+    words: tuple[Word, ...]
+    near: int  # number of shots within the distance NEAR
+    nearest: tuple[NearShot, ...]
+    judged: tuple[Judged, ...]  # each equation by the shots that are near
+    outside: tuple[str, ...]  # why the shield lies outside of all shots; empty inside
+    easier: Ordered
+    harder: Ordered
+    safe: tuple[SafeSize, ...]  # the largest sphere, thinnest wall and shortest stand-off
+
+    @property
+    def sentence(self) -> str:
+        """The answer in at most 20 words."""
+        if self.probability is None:
+            sure = f"no probability: {self.outside[0]}" if self.outside else "no probability"
+        else:
+            near = f"{self.near} {'shot' if self.near == 1 else 'shots'} near"
+            sure = f"{shown(self.probability)} to fail; {near}"
+        return f"{sure}; {self._said() or 'no equation covers it'}."
+
+    def _said(self) -> str:
+        """What the equations say, those of one word together; those outside their range are silent."""
+        groups = {says: [word.short for word in self.words if word.says == says] for says in ("holds", "fails")}
+        spoken = [(says, names) for says, names in groups.items() if names]
+        verbs = ("say " if len(names) > 1 else "says " for _, names in spoken[:1])
+        return ", ".join(f"{', '.join(names)} {next(verbs, '')}{says}" for says, names in spoken)
+
+
+def shown(probability: Probability) -> str:
+    """A probability with its interval: "42 % (27 to 58)"."""
+    low, high = (f"{100.0 * each:.0f}" for each in (probability.low, probability.high))
+    return f"{percent(probability.value)} % ({low} to {high})"
+
+
+def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
+    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it."""
+    shots = (*published().shots, *own)
+    ordered = nearest(shot, shots, len(shots))
+    near = [each.shot for each in ordered if each.distance <= NEAR]
+    ease, eases = _ease(shot), [_ease(each.shot) for each in ordered]
+    easier = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
+    harder = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
+    return ShieldAnswer(
+        probability=probability(shot),
+        words=tuple(_words(shot)),
+        near=len(near),
+        nearest=ordered[:LISTED],
+        judged=tuple(judge(law, near, "near") for law in equations()),
+        outside=tuple(outside_of_shots(shot)),
+        easier=_ordered(easier, [each for each in easier if each.shot.is_perforated]),
+        harder=_ordered(harder, [each for each in harder if not each.shot.is_perforated]),
+        safe=safe_sizes(shot),
+    )
+
+
+def _ordered(shots: Sequence[NearShot], contrary: Sequence[NearShot]) -> Ordered:
+    return Ordered(len(shots), len(contrary), tuple(contrary[:LISTED]))
+
+
+def _ease(shot: ShotAtShield | ShieldShot) -> tuple[float, ...]:
+    """Sizes of a shot that make it easier to hold the larger they are: 1/d, 1/v, 1/cos of the obliquity, its walls."""
+    shield = shot.shield
+    walls = (shield.bumper_thickness, shield.stand_off, shield.wall_thickness, shield.wall_yield_stress)
+    return 1.0 / shot.projectile_diameter, 1.0 / shot.speed, 1.0 / math.cos(shot.obliquity), *walls
+
+
+def _is_no_harder(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether a shot is as easy as another one in every respect."""
+    return all(its >= EQUAL * own for its, own in zip(one, other, strict=True))
+
+
+def _words(shot: ShotAtShield) -> Iterator[Word]:
+    """What each equation says; one that is about another kind of shield is left out."""
+    for law in laws.answering(CRITICAL_DIAMETER):
+        if law.meaningless(shot, ""):
+            continue
+        value = law.evaluate(shot)
+        fails = shot.projectile_diameter > value.value
+        says: Literal["holds", "fails", "outside"] = "fails" if fails else "holds"
+        yield Word(law.name, says if value.in_range else "outside", value.value, laws.in_words(value.reasons))

@@ -1,0 +1,370 @@
+"""The pages: what a person sees, and that nothing comes from another machine."""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from io import BytesIO
+from typing import Any
+from zipfile import ZipFile
+
+import pytest
+
+from service.pages.charts import Chart, ChartLine
+from service.pages.grid import SHADES, layout_of, shown_cells
+from service.pages.page_routes import head_links
+from service.pages.pages.runs import _printed
+from service.pages.pages.sweeps import _beside_walls
+from service.records.jobs import GridCell, Keep, State
+from service.store.tables import SWEEPS
+from solver import PHYSICS_VERSION
+from studies import measurements
+from studies.quantities.files import SECTIONS, STATE
+from studies.quantities.parameters import Value
+from tests.service.support.api import Api
+from tests.service.support.fakes import run_id
+from tests.service.support.rows import TERM
+
+SCRIPT, VIEWS = ('<script src="/static/live.js" defer>', '<script src="/static/view.js" defer>')
+
+
+FIXED = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"}
+
+
+def token_of(api: Api, page: str) -> dict[str, str]:
+    """The field of a form with the token of a page."""
+    return dict(re.findall(r'name="(csrf_token)" value="(\w+)"', api.http.get(page).text)[:1])
+
+
+class Links(HTMLParser):
+    """Every address on a page, and every id."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.addresses: list[str] = []
+        self.ids: set[str] = set()
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("href", "src"):
+                self.addresses.append(value or "")
+            if name == "id":
+                self.ids.add(value or "")
+
+
+@pytest.mark.claim("pages", "links")
+@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}", "/runs/{run}", "/new", "/scenarios", "/laws", "/shots"])
+def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) -> None:
+    """Every link of a page leads to a page."""
+    id = api.submit()
+    api.compute()
+    run = api.store.sweeps.points(id).items[0].run.id
+    response = api.http.get(path.format(id=id, run=run))
+    assert response.headers["Content-Type"].startswith("text/html")
+    assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
+    assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT], [VIEWS])
+    links = Links(response.text)
+    seen_from_the_first = {address for address, _ in head_links()} if path != "/" else set()
+    for address in set(links.addresses) - seen_from_the_first:
+        assert re.match(r"/(?!/)|#|\?|data:,$", address), address
+        page, _, id = address.partition("#")
+        if page.startswith("/"):
+            assert api.http.get(page).status_code == 200, address
+        if id:
+            there = Links(api.http.get(page).text) if page else links
+            assert id in there.ids, address
+
+
+def test_sweeps__show_state_progress_and_results(api: Api) -> None:
+    id = api.submit()
+    waiting = api.http.get("/").text
+    assert "queued" in waiting
+    for page in (waiting, api.http.get(f"/sweeps/{id}").text):
+        assert "Perforation of a plate" in page
+    assert "cube.nc" not in waiting
+    api.compute(failures=1)
+    done = api.http.get("/").text
+    assert f"/v1/sweeps/{id}/report.html" in done
+    assert f"/v1/sweeps/{id}/cube.nc" in done
+    assert "1 failed" in done
+
+
+def test_sweep__shows_the_headline_of_the_report(api: Api) -> None:
+    page = f"/sweeps/{api.submit()}"
+    waiting = api.http.get(page).text
+    assert "queued" in waiting
+    assert f'data-events="/v1{page}/events"' in waiting
+    assert "Use the law" not in waiting
+    api.compute()
+    done = api.http.get(page).text
+    assert '<p class="headline">Use the law; simulation only.</p>' in done
+    assert "data-events" not in done
+
+
+def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
+    api.submit()
+    assert "no run starts" not in api.http.get("/").text.lower()
+    api.http.post("/v1/queue/pause")
+    api.store.queue.set_blocked_reason("the scheduler <is> away")
+    page = api.http.get("/").text
+    assert "The queue has been paused since" in page
+    assert "the scheduler &lt;is&gt; away" in page
+
+
+def test_sweep__that_is_computed_anew_says_so_and_leads_to_its_older_results(api: Api) -> None:
+    id, older = api.submit(), api.submit()
+    renewed = {"renewed": datetime(2026, 11, 28, tzinfo=UTC), "older": older}
+    with api.store.database.writing() as connection:
+        connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(renewed))
+    words = f"expanded anew on 2026-11-28: physics {PHYSICS_VERSION} computes all its points"
+    assert words in api.http.get("/").text
+    page = api.http.get(f"/sweeps/{id}").text
+    assert words in page
+    assert f'href="/sweeps/{older}"' in page
+    assert words not in api.http.get(f"/sweeps/{older}").text
+
+
+def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
+    id = api.submit(title="<script>alert(1)</script>")
+    for path in ("/", f"/sweeps/{id}"):
+        page = api.http.get(path).text
+        assert re.findall("<script[^>]*>", page) == [SCRIPT]
+        assert "&lt;script&gt;" in page
+
+
+def test_sweeps__rows_link_to_pages_and_files_for_people(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    rows = api.http.get("/").text.partition("<tbody>")[2]
+    here = f"/v1/sweeps/{id}"
+    files = [f"{here}/{name}" for name in ("report.html", "appendix.html", "cube.nc", "runs.csv")]
+    assert Links(rows).addresses == [f"/sweeps/{id}", *files]
+
+
+@pytest.mark.parametrize(
+    ("query", "found"),
+    [
+        *(("?q=COPP", True), ("?q=100%25", False), ("?state=queued", True), ("?state=failed", False)),
+        *(("?q=holes+plate", True), ("?q=Perforation+of+a+plate", True), ("?q=Whipple+shield", False)),
+        *(("?q=copper-ofhc", True), ("?q=plate+OFHC", True), ("?q=aluminium", False), ("?q=projectile", False)),
+    ],
+)
+def test_sweeps__are_searched(api: Api, query: str, found: bool) -> None:
+    id = api.submit(title="Holes in copper")
+    page = api.http.get(f"/{query}").text
+    assert (f"/sweeps/{id}" in page) is found
+    assert ("No sweep is like that" in page) is not found
+
+
+def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
+    id = api.submit(axes={"speed": ["3 km/s", "6 km/s"], "plate_thickness": ["2 mm", "3 mm", "4 mm"]}, fixed=FIXED)
+    [first] = api.store.leases.take(1, api.term())
+    api.store.leases.finish(first, api.result(first.id))
+    page = api.http.get(f"/sweeps/{id}").text
+    cells = re.findall(r'<td class="([^"]+)"><a href="/runs/(\w+)">([^<]+)</a>', page)
+    runs = {point.index: point.run.id for point in api.store.sweeps.points(id).items}
+    # Rows are the longer axis.
+    assert [run for _, run, _ in cells] == [runs[speed, plate] for plate in range(3) for speed in range(2)]
+    assert (cells[0][0], cells[0][2]) == ("succeeded v0", "14.80")
+    assert {text for _, _, text in cells[1:]} == {"queued"}
+    [chart] = [at for at in Links(page).addresses if "content=" in at]
+    drawn = api.http.get(chart)
+    assert drawn.headers["content-type"] == "image/svg+xml"
+    assert "Hole diameter (mm)" in ET.fromstring(drawn.text).itertext()
+    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=²").text
+    assert "no value" in resolved
+
+
+def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
+    axes: Any = {
+        "speed": ["3 km/s", "6 km/s"],
+        "geometry": ["half", "quarter"],
+        "plate_thickness": ["1 mm", "2 mm", "3 mm"],
+    }
+    layout = layout_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72)
+    assert layout.rows_and_columns == (2, 0)
+    assert layout.places == (36, 18, 6, 3, 1)
+    sampled: Any = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
+    assert layout_of(sampled, 8).dimensions == ()
+    searched: Any = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
+    assert layout_of(searched, 8).dimensions == ()
+
+
+def test_cells__are_shaded_from_the_smallest_value_to_the_largest() -> None:
+    values = [20e-3, 10e-3, None, 12.5e-3, 17.5e-3]
+    cells = [GridCell(n, run_id(n), {}, State.SUCCEEDED, None, value, None) for n, value in enumerate(values)]
+    shown = shown_cells(cells, measurements.load("hole_diameter"), "thin_plate")
+    assert [shown[n].shade for n in range(len(values))] == [SHADES - 1, 0, None, 1, 3]
+
+
+def test_sweep__gets_further_values_in_their_order_and_computes_only_those(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    form = {"axis": "speed", "values": "4 km/s, 5500 m/s", **token_of(api, f"/sweeps/{id}")}
+    answer = api.http.post(f"/sweeps/{id}/values", data=form, follow_redirects=False)
+    assert answer.status_code == 303, answer.text
+    longer = answer.headers["Location"].removeprefix("/sweeps/")
+    assert api.store.sweeps.document(longer)["axes"]["speed"] == ["3 km/s", "4 km/s", "5.5 km/s", "6 km/s"]
+    again = api.http.post(f"/sweeps/{id}/values", data=form, follow_redirects=False)
+    assert again.headers["Location"] == answer.headers["Location"]
+    other = api.http.post(f"/sweeps/{id}/values", data={**form, "once": "another page"}, follow_redirects=False)
+    assert other.headers["Location"] != answer.headers["Location"]
+    status = api.store.sweeps.get(longer)
+    assert (status.planned, status.reused, status.new) == (4, 2, 2)
+    refused = api.http.post(f"/sweeps/{id}/values", data={**form, "values": "3 mm"}, headers={"Accept": "text/html"})
+    assert refused.status_code == 422
+    assert "speed" in refused.text
+
+
+def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
+    id = api.submit(resolution=[8, 12], offsets=2)
+    api.compute()
+    run = api.store.sweeps.points(id).items[-1].run.id
+    page = f"/runs/{run}"
+    answer = api.http.post(f"{page}/film", data=token_of(api, f"/sweeps/{id}"), follow_redirects=False)
+    assert (answer.status_code, answer.headers.get("Location")) == (303, page), answer.text
+    film = api.store.runs.places(run, 1)[0]
+    assert film.title == "Film of a run of two-speeds"
+    assert [point.run.id for point in api.store.sweeps.points(film.sweep_id).items] == [run]
+    assert api.store.sweeps.get(film.sweep_id).keep is Keep.FILM
+    [lease] = api.store.leases.take(5, TERM + 1)
+    assert (lease.id, lease.keep) == (run, Keep.FILM)
+    sent_again: dict[str, Any] = {"data": token_of(api, f"/sweeps/{id}"), "follow_redirects": False}
+    assert api.http.post(f"{page}/film", **sent_again).status_code == 303
+    api.compute()
+    assert api.store.runs.places(run, 1)[0].sweep_id == film.sweep_id
+    # A run that still has no film is computed again, under the same title.
+    api.http.post(f"{page}/film", **sent_again)
+    assert api.store.runs.places(run, 1)[0].title == film.title
+
+
+def test_histories__of_a_result_that_was_missing_are_drawn_once_it_is_back(api: Api) -> None:
+    api.submit()
+    [lease] = api.store.leases.take(1, api.term())
+    history = {"time": [0.0, 1e-6], "value": [0.0, 0.01]}
+    content = json.dumps({"measurements": {"hole_diameter": {"history": history}}}).encode()
+    result = api._stored(f"{lease.id}/result.json", content)
+    api.store.leases.finish(lease, replace(api.result(lease.id), files=(result,)))
+    file, image = api.settings.data / result.path, f"/runs/{lease.id}/histories/hole_diameter"
+    file.unlink()
+    assert image not in api.http.get(f"/runs/{lease.id}").text
+    file.write_bytes(content)
+    assert image in api.http.get(f"/runs/{lease.id}").text
+
+
+def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
+    api.submit(axes={"speed": ["3 km/s", "4 km/s", "5 km/s"]})
+    pages = []
+    kinds = ((SECTIONS, "radiograph.npy"), (SECTIONS, "bodies.npy"), (STATE, "time.npy"))
+    for (kind, name), lease in zip(kinds, api.store.leases.take(3, api.term()), strict=True):
+        content = BytesIO()
+        with ZipFile(content, "w") as archive:
+            archive.writestr(name, b"")
+        file = api._stored(f"{lease.id}/{kind}", content.getvalue())
+        api.store.leases.finish(lease, replace(api.result(lease.id), files=(*api.result(lease.id).files, file)))
+        pages.append(api.http.get(f"/runs/{lease.id}").text)
+    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0, 1]
+
+
+def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
+    id = api.submit()
+    api.compute(failures=1)
+    page = api.http.get(f"/sweeps/{id}").text
+    assert 'class="failed"' in page
+    assert f'action="/sweeps/{id}/retry"' in page
+    api.http.post(f"/sweeps/{id}/retry", data=token_of(api, f"/sweeps/{id}"))
+    api.compute()
+    assert f'action="/sweeps/{id}/retry"' not in api.http.get(f"/sweeps/{id}").text
+
+
+def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> None:
+    here = f"/sweeps/{api.submit()}"
+    first, _ = api.store.leases.take(2, api.term())
+    api.store.leases.finish(first, api.result(first.id))
+    assert f'action="{here}/cancel"' in api.http.get(here).text
+    cancelling = api.http.post(f"{here}/cancel", data=token_of(api, here)).text
+    assert re.findall(r'"state (\w+)"', cancelling) == ["cancelling"]
+    assert f'action="{here}/cancel"' not in cancelling
+
+
+def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
+    lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
+    chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
+    drawn = [int(line.label) for line in chart.drawn_part().lines]
+    assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
+    assert "8 of 20 lines are drawn" in chart.image("/there", {})
+    assert "&lt;Hole&gt;" in chart.image("/there", {})
+    assert not Chart("none", chart.x, chart.y, lines[9:10]).image("/there", {})
+
+
+LIGHT, DARK = "#ffffff", "#1e1e1e"  # pages have the canvas of the browser; no dark one is lighter
+ENOUGH = 4.5  # WCAG 2.2, success criterion 1.4.3
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance (WCAG 2.2)."""
+    shares = [int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in shares]
+    return float(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
+
+
+def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api: Api) -> None:
+    sheet = shared_api.http.get("/static/style.css").text
+    blocks = re.findall(r":root \{([^}]*)\}", sheet)  # light and dark in turns
+    light, dark = (dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", "".join(blocks[turn::2]))) for turn in (0, 1))
+    assert light.keys() == dark.keys() >= {"accent", "quiet", "good", "bad", "open"}
+    assert not re.findall(r"(?<![-\w])color: #", sheet)
+    for colours, canvas in ((light, LIGHT), (dark, DARK)):
+        for name, colour in colours.items():
+            low, high = sorted((luminance(colour), luminance(canvas)))
+            assert (high + 0.05) / (low + 0.05) >= ENOUGH, (name, colour, canvas)
+
+
+def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
+    parameters: dict[str, Value] = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
+    held, perforated = (_printed("wall_perforated", value, None, (), parameters).text for value in (0.0, 1.0))
+    assert held == "wall holds; such simulations found 8 of 17 walls that were perforated"
+    assert perforated == "wall perforated"
+
+
+@pytest.mark.parametrize(
+    ("document", "said"),
+    [
+        ({"fixed": {}}, "with failure none, such simulations found 7 of 17 walls that were perforated"),
+        ({"axes": {"failure": ["void-growth"]}}, "with failure void-growth, such simulations found 8 of 17"),
+        ({"fixed": {"failure": "spall-rate"}}, "with failure spall-rate, no published shots were simulated like this"),
+    ],
+)
+def test_walls_of_a_sweep__stand_above_how_many_failures_such_simulations_find(
+    document: dict[str, Any], said: str
+) -> None:
+    assert _beside_walls(document).startswith(f"Where a wall holds at 3 km/s or faster: {said}")
+
+
+def test_page_of_a_shield__says_what_its_walls_that_hold_are_worth(api: Api) -> None:
+    fixed = {
+        **{"projectile": "al-2017-t4", "projectile_diameter": "5 mm", "bumper": "al-6061-t6"},
+        **{"bumper_thickness": "1.2 mm", "stand_off": "100 mm", "wall": "al-6061-t6", "wall_thickness": "3.2 mm"},
+    }
+    sweep = api.submit(scenario="whipple_shield", fixed=fixed, axes={"speed": ["6 km/s"]}, resolution=16)
+    note = "Where a wall holds at 3 km/s or faster:"
+    assert note in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_perforated"}).text
+    assert note not in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_bulge"}).text
+
+
+def test_address_of_a_page__that_is_wrong_is_a_problem(shared_api: Api) -> None:
+    assert shared_api.http.get("/?cursor=-1").status_code == 422
+
+
+def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:
+    path = f"/sweeps/{'0' * 32}"
+    page = shared_api.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    assert "<h1>Not found</h1>" in page.text
+    assert "style-src 'self'" in page.headers["content-security-policy"]
+    document = shared_api.http.get(path)
+    assert document.headers["content-type"] == "application/problem+json"
+    assert page.headers["vary"] == document.headers["vary"] == "Accept"

@@ -1,0 +1,137 @@
+"""A question about a shield: what is refused, the numbers of its dataset and its page, and the picture."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies.answers.answer import answers, document
+from studies.answers.cube import cube_of
+from studies.answers.page import page
+from studies.answers.picture import SPEEDS, picture
+from studies.answers.question import read_question
+from studies.quantities.findings import InvalidInput
+from studies.quantities.units import readable
+from studies.reports.drawing.charts import draw
+from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
+from studies.shields.answered import TARGET
+from studies.shields.shield import ShotAtShield
+from studies.shields.shots.answers import ShieldAnswer
+from studies.shields.shots.chance import probability
+from studies.sweeps.cost import cost_of
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
+from tests.studies.answers.test_answers import shots_of
+from tests.studies.shields.samples import QUESTION
+
+assert TARGET.example is not None
+EXAMPLE = read_yaml(TARGET.example.read_text(encoding="utf-8"), TARGET.example.name)
+
+
+def test_cube__has_the_answers_over_the_axes() -> None:
+    question = read_question({**QUESTION, "speed": ["3 km/s", "7 km/s"], "obliquity": ["0 deg", "45 deg"]})
+    cube = cube_of(question)
+    assert cube.critical_diameter.dims == ("law_of_critical_diameter", "speed", "obliquity")
+    for answer in answers(question):
+        at = cube.sel(speed=answer.parameters["speed"], obliquity=answer.parameters["obliquity"])
+        for each in answer.quantities[0].laws:
+            got = float(at.critical_diameter.sel(law_of_critical_diameter=each.law.name))
+            assert got == pytest.approx(each.value, nan_ok=True)
+    plain = json.loads(json.dumps(document(question)))
+    assert len(plain["items"]) == 4
+    for item in plain["items"]:
+        at = cube.sel({axis.name: item["parameters"][axis.name] for axis in question.axes})
+        for safe in item["shield"]["safe"]:
+            where = {"risk": safe["risk"]} if safe["risk"] else {"law_of_critical_diameter": safe["law"]}
+            name = f"safe_{safe['size']}_by_{'risk' if safe['risk'] else 'law'}"
+            got = at[name].sel(where).item()
+            assert got == safe["value"] or (math.isnan(got) and safe["value"] is None)
+            assert at[f"{name}_reason"].sel(where).item() == (safe["reason"] or "")
+        assert at.probability.item() == item["shield"]["probability"]["value"]
+    assert plain["laws"]["whipple_nno"]["source"]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"bumper": "al-6061"}, "bumper"),
+        ({"target": "al-6061-t6"}, "target"),
+        ({"stand_off": None}, "stand_off"),
+        ({"further_bumpers": [{"bumper_thickness": "1 mm"}]}, "bumper_2_stand_off"),
+        ({"further_bumpers": [{"thickness": "1 mm"}]}, "further_bumpers[0].thickness"),
+        ({"further_bumpers": 4 * [{"bumper_thickness": "1 mm"}]}, "further_bumpers"),
+        (
+            {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
+            "wall",
+        ),
+    ],
+)
+def test_shield__that_cannot_be_asked_about_is_refused_by_field(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(InvalidInput) as raised:
+        read_question({**QUESTION, **change})
+    assert field in [finding.field for finding in raised.value.findings]
+
+
+@pytest.mark.parametrize(
+    ("former", "word"),
+    [
+        *(("target", "bumper"), ("plate_thickness", "bumper_thickness"), ("inner_thickness", "bumper_2_thickness")),
+        *(("standoff", "stand_off"), ("spacing", "stand_off"), ("rear_wall", "wall")),
+    ],
+)
+def test_shield__in_other_words_is_refused_with_its_own(former: str, word: str) -> None:
+    fixed = {name: value for name, value in QUESTION.items() if name not in (word, "wall_yield_stress")} | {former: "x"}
+    sweep = {"scenario": "whipple_shield", "fixed": fixed, "axes": {"speed": ["7 km/s"]}, "resolution": 16}
+    readers: list[tuple[Callable[[Any], object], dict[str, Any]]] = [(read_question, fixed), (Sweep.parse, sweep)]
+    for read, asked in readers:
+        with pytest.raises(InvalidInput) as raised:
+            read(asked)
+        cures = {finding.field.removeprefix("fixed."): finding.cure for finding in raised.value.findings}
+        assert cures[former] == f"write {word}, not {former}"
+
+
+def test_shield__as_a_shot_and_as_a_sweep_is_one_document() -> None:
+    """A shot with a resolution runs as a sweep, and a sweep is answered, with a list of further bumpers too."""
+    second = {"bumper": "al-2024-t3", "bumper_thickness": "0.5 mm", "stand_off": "4 cm"}
+    shield = {name: value for name, value in QUESTION.items() if name != "wall_yield_stress"} | {"wall": "al-6061-t6"}
+    for shot in (shield, {**shield, "further_bumpers": [second]}, {**shield, "speed": ["5 km/s", "7 km/s"]}):
+        sweep = Sweep.parse({**shot, "resolution": 16, "failure": "void-growth"})
+        assert [*sweep.shots()] == [*shots_of(shot)] == [*shots_of(sweep.document())]
+        assert [*shots_of({**shot, "resolution": 16})] == [*shots_of(shot)]
+        assert cost_of(sweep).runs == len(sweep.runs())
+    search = {"projectile_diameter": {"limit_of": "wall_perforated", "between": ["3 mm", "9 mm"], "until": "10 %"}}
+    searched: dict[str, Any] = {"scenario": "whipple_shield", "fixed": shield, "axes": search}
+    assert [shot.projectile_diameter for shot in shots_of(searched)] == [3e-3, 9e-3]
+
+
+def test_page__prints_each_number_of_a_shot_with_its_unit() -> None:
+    question = read_question(EXAMPLE)
+    [answer] = answers(question)
+    html = page(answer, question.shot(question.fixed))
+    assert isinstance(answer.addition, ShieldAnswer)
+    for near in answer.addition.nearest:
+        row = [(near.shot.speed, "m s-1"), (near.shot.projectile_diameter, "m"), (near.shot.stand_off, "m")]
+        assert all(f"<td>{readable(value, unit)}</td>" in html for value, unit in row)
+
+
+def test_picture__of_a_shield_has_equations_shots_and_probabilities(tmp_path: Path) -> None:
+    question = read_question(EXAMPLE)
+    shot = question.shot(question.fixed)
+    figure = picture(shot, "shield")
+    series = {each.label: each for each in figure.panels[0].series}
+    assert {THIS, FAILED, HELD, CHANCES, EVEN_CHANCE, "Christiansen, Whipple shield"} <= set(series)
+    drawn = dict(zip(series[EVEN_CHANCE].x, series[EVEN_CHANCE].y, strict=True))
+    assert {speed for speed, diameter in drawn.items() if diameter is not None} == {
+        speed for speed in SPEEDS if speed < 9.89e3
+    }
+    for speed, diameter in [(speed, diameter) for speed, diameter in drawn.items() if diameter is not None][::11]:
+        at = read_question({**EXAMPLE, "speed": f"{speed} m/s", "projectile_diameter": f"{diameter} m"})
+        shot = at.shot(at.fixed)
+        assert isinstance(shot, ShotAtShield)
+        said = probability(shot)
+        assert said is not None
+        assert said.value == pytest.approx(0.5, abs=1e-3)
+    assert draw(figure, tmp_path / "shield.svg").read_text(encoding="utf-8").startswith("<?xml")

@@ -1,0 +1,183 @@
+"""The probability that a wall fails joined with simulations: its constants from outcomes that are drawn by chance."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import expit, logit
+from sklearn.linear_model import LogisticRegression
+
+from docs.pages import read_json
+from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
+from studies.cases.rows import at_most, equal
+from studies.outcomes.found import Share
+from studies.shields.shots import drawn as of_drawn
+from studies.shields.shots import joined
+from studies.shields.shots.chance import Probability
+from studies.shields.shots.drawn import DrawnShots, SimulationKind, beside_held, failures_found
+from studies.shields.shots.joined import PRIOR, Joint, SimulatedShot, drawn_shots, joint_of, unseen, validated
+from studies.shields.shots.judged import RANGES
+from studies.shields.shots.table import laboratory
+from tests.studies.outcomes.test_outcomes import GRIDS as REFINED
+from tests.studies.outcomes.test_outcomes import SPEED, coarse_is_open, document_of
+
+BEFORE = Probability(0.4, 0.2, 0.65)
+JOINT = Joint(2.0, -1.0, ((0.09, 0.0), (0.0, 0.25)), 56)
+
+
+def _even(chance: float) -> Probability:
+    return Probability(chance, chance, chance)
+
+
+def told(right: float, seed: int = 3) -> list[SimulatedShot]:
+    """The shots that are drawn, each told rightly with a chance; a tenth is open."""
+    random = np.random.default_rng(seed)
+    shots = []
+    for shot in drawn().values():
+        other = "held" if shot.is_perforated else "perforated"
+        says = shot.outcome if random.random() < right else other
+        shots.append(SimulatedShot(shot, 0.5, 1.0, "open" if random.random() < 0.1 else says))  # type: ignore[arg-type]
+    return shots
+
+
+def test_joint__has_the_constants_of_a_logistic_regression_with_known_logits() -> None:
+    shots = [replace(each, odds=2.0) for each in told(0.8)]
+    joint = joint_of([_even(1.0 / 3.0)] * len(shots), shots)  # logit P_e + ln 2 = 0
+    rows = [[each.told == "perforated", each.told == "held"] for each in shots]
+    failed = [each.shot.is_perforated for each in shots]
+    by_library = LogisticRegression(C=PRIOR[0] ** 2, fit_intercept=False, tol=1e-10).fit(rows, failed)
+    assert (joint.perforated, joint.held) == pytest.approx(by_library.coef_[0], abs=1e-5)
+
+
+def test_joint__of_shots_that_were_drawn_by_outcome_is_that_of_all() -> None:
+    """With every perforated shot twice the constants stay where the odds say so, and rise by ln 2 where they do not."""
+    once = told(0.8)
+    twice = [each for each in once for _ in range(1 + each.shot.is_perforated)]
+    all_shots, known, unknown = (
+        joint_of([_even(0.4)] * len(shots), shots)
+        for shots in (once, [replace(each, odds=2.0) for each in twice], twice)
+    )
+    for name in ("perforated", "held"):
+        assert getattr(known, name) == pytest.approx(getattr(all_shots, name), abs=0.1)
+        assert getattr(unknown, name) - getattr(known, name) == pytest.approx(math.log(2.0), abs=0.1)
+
+
+@pytest.mark.claim("shields", "joined-by-rule")
+def test_validated__gains_by_simulations_that_are_right_and_by_no_others(compared: Callable[..., None]) -> None:
+    """Joined with outcomes drawn rightly in 9 of 10 the Brier score falls; with a coin's it stays as it was."""
+    right, coin = validated(told(0.9)), validated(told(0.5))
+    before, after = right.brier()
+    compared(at_most("Brier score, 9 of 10 right", limit=0.7 * before, got=after))
+    before, after = coin.brier()
+    compared(at_most("a coin: rise of the Brier score", limit=0.02, got=abs(after - before)))
+    gained, within = coin.gained()
+    compared(equal("a coin: nothing gained is in the interval", expected=True, got=-within < gained < within))
+
+
+@pytest.mark.claim("mend", "joined-by-gain")
+def test_simulations__are_joined_where_the_lower_bound_of_their_gain_is_above_zero(
+    compared: Callable[..., None],
+) -> None:
+    """What is stored of each kind is that of its runs, and is joined where it is seen to help: today nowhere."""
+    kinds = simulations(read_json(STORED)["runs"])
+    compared(equal("kinds that are stored", expected={kind.name for kind in kinds}, got=set(of_drawn.stored())))
+    for kind, shots in kinds.items():
+        stored, scores = joined.joint(kind), validated(shots)
+        assert stored is not None
+        for (where, low, high), mine in zip(RANGES, stored.ranges, strict=True):
+            inside = [low <= each.shot.normal_speed < high for each in shots]
+            before, after = (each[inside] for each in scores.squares())
+            gained = float((before - after).mean())
+            within = 1.96 * float((before - after).std(ddof=1)) / math.sqrt(sum(inside))
+            stated = f"{kind.name}, {where}: gained {gained:.3f} +- {within:.3f}, joined"
+            speed = max(low, 1.0)
+            compared(equal(stated, expected=gained - within > 0.0, got=stored.is_joined_at(speed)))
+            compared(equal(f"{kind.name}, {where}: shots", expected=sum(inside), got=mine.shots))
+            assert (mine.gained, mine.within) == pytest.approx((gained, within), rel=1e-6)
+            assert not stored.is_joined_at(speed)
+
+
+def test_simulations__that_are_right_are_joined_and_those_of_a_coin_are_not() -> None:
+    right, coin = (
+        Joint(0.0, 0.0, ((0.0, 0.0), (0.0, 0.0)), 1, tuple(drawn_shots(shots, validated(shots))))
+        for shots in (told(1.0), told(0.5))
+    )
+    assert right.is_joined_at(5e3)
+    assert not any(coin.is_joined_at(speed) for speed in (2e3, 5e3, 8e3))
+    assert not Joint(0.0, 0.0, ((0.0, 0.0), (0.0, 0.0)), 1).is_joined_at(5e3)
+
+
+def test_failures_found__are_those_of_the_stored_results() -> None:
+    runs = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
+    for failure in (*FAILURES, OF_PLATES):
+        told_so = {run["shot"]: run["perforated"] == 1.0 for run in runs if run["failure"] == failure}
+        fast = [number for number, shot in drawn().items() if shot.is_perforated and shot.speed >= 3e3]
+        expected = Share(sum(told_so[number] for number in fast), len(fast))
+        assert failures_found(failure, 3e3) == failures_found(failure, 9e3) == expected
+    assert failures_found("none", 7e3) == Share(7, 17)
+    assert failures_found("spall-rate", 7e3) is None
+    assert beside_held(failures_found("void-growth", 2e3)).startswith("such simulations found 2 of 2 walls")
+
+
+def test_gain__is_seen_at_its_lower_bound_alone() -> None:
+    assert [DrawnShots(9, gained, 0.02, 1, 1).is_gain for gained in (0.021, 0.02, -0.03)] == [True, False, False]
+
+
+def test_unseen__knows_nothing_of_a_laboratory_that_is_left_out() -> None:
+    shots = told(1.0)
+    name = laboratory(shots[0].shot)
+    others = [each for each in shots if laboratory(each.shot) != name]
+    chances, less = unseen(others), unseen(others, name)
+    assert all(few != all_laboratories for few, all_laboratories in zip(less, chances, strict=True))
+    assert all(each.low < each.value < each.high for each in less)
+    with pytest.raises(KeyError):
+        unseen(shots, name)
+
+
+def test_probability__moves_by_the_outcome_and_stays_where_it_is_open() -> None:
+    perforated, held = JOINT.probability(BEFORE, "perforated"), JOINT.probability(BEFORE, "held")
+    assert JOINT.probability(BEFORE, "open") == BEFORE
+    assert perforated.value == pytest.approx(expit(logit(0.4) + 2.0))
+    assert held.value == pytest.approx(expit(logit(0.4) - 1.0))
+    deviation = (logit(0.4) - logit(0.2)) / 1.96
+    low = logit(0.4) - 1.0 - 1.96 * math.hypot(deviation, 0.5)
+    assert held.low == pytest.approx(expit(low))
+    assert held.low < held.value < held.high
+    certain = Probability(1.0, 0.9, 1.0)
+    assert JOINT.probability(certain, "held") == certain
+
+
+def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
+    """Of runs without failure on a coarse grid that perforate, where all others hold."""
+    runs = [
+        {"shot": number, "failure": failure, "grid": grid, "perforated": float((failure, grid) == ("none", GRIDS[0]))}
+        for number in drawn()
+        for failure in (*FAILURES, OF_PLATES)
+        for grid in GRIDS
+    ]
+    says = {kind.name: {each.told for each in shots} for kind, shots in simulations(runs).items()}
+    assert says == {
+        "none, one grid": {"perforated"},
+        "johnson-cook, one grid": {"held"},
+        "johnson-cook and none, one grid": {"open"},
+        "void-growth, one grid": {"held"},
+        "johnson-cook and none, several grids": {"open"},
+    }
+    [shots] = [shots for kind, shots in simulations(runs).items() if kind == SimulationKind(("none",), "one")]
+    assert sum(1.0 / each.share for each in shots) == pytest.approx(284)  # the shots that can be simulated
+    assert {each.shot.outcome for each in shots if each.share < 0.12} == {"perforated", "held"}
+    assert len(shots) <= 6 * EACH
+
+
+def test_joint__is_none_of_a_kind_that_no_shot_was_simulated_by() -> None:
+    assert joined.joint(SimulationKind(("spall-rate",), "several")) is None
+
+
+def test_report__says_beside_a_wall_that_holds_how_many_failures_such_simulations_find() -> None:
+    document = document_of(coarse_is_open, SPEED, **REFINED)
+    assert document["headline"].endswith("wall perforated at 6 km/s (finds 8 of 17 failures).")
+    [stated] = document["outcomes"]["quantities"]
+    assert stated["is_wall"]
+    assert stated["shots"][0]["computed"][0]["found"] == {"count": 8, "of": 17}
