@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -82,7 +81,9 @@ def shots() -> Mapping[str, tuple[Shot, ...]]:
         computed = [(run, rows[run.id]) for _, _, run in series.runs() if run.id in rows]
         for quantity in ensemble.QUANTITIES[series.scenario]:
             values = tuple(
-                Value(_grid(run, quantity), float(row[quantity])) for run, row in computed if _counts(row, quantity)
+                Value(run.mesh_grids[quantity], float(row[quantity]))
+                for run, row in computed
+                if row["state"] == "succeeded" and row[quantity]
             )
             complete = len(computed) == len(series.grids) and values and values[-1].grid.across == series.grids[-1][0]
             if complete and len(values) > 1:
@@ -100,16 +101,6 @@ def is_complete(quantity: str) -> bool:
         if quantity in ensemble.QUANTITIES[series.scenario]
         for _, _, run in series.runs()
     )
-
-
-def _counts(row: Mapping[str, str], quantity: str) -> bool:
-    """Whether a run succeeded and has a value."""
-    return row["state"] == "succeeded" and bool(row[quantity])
-
-
-def _grid(run: Any, quantity: str) -> MeshGrid:
-    grid: MeshGrid = run.mesh_grids[quantity]
-    return grid
 
 
 # ---- fitted --------------------------------------------------------------------------------------
@@ -167,9 +158,18 @@ def differences(model: MeshModel, shots: Iterable[Shot]) -> Iterator[tuple[float
 
 def fitted(shots: Sequence[Shot], names: Sequence[str]) -> MeshModel:
     """The most likely model with these terms of the bias."""
-    pairs = [(each.grid, shot.finest.grid, math.log(each.value / shot.finest.value)) for shot, each in _coarser(shots)]
+    pairs = [
+        (value.grid, shot.finest.grid, math.log(value.value / shot.finest.value))
+        for shot in shots
+        for value in shot.values[:-1]
+    ]
     design = np.array([[bias_terms(a)[name] - bias_terms(b)[name] for name in names] for a, b, _ in pairs])
-    squares = np.array([[x**2 + y**2 for x, y in zip(_scales(a), _scales(b), strict=True)] for a, b, _ in pairs])
+    squares = np.array(
+        [
+            [x**2 + y**2 for x, y in zip(scale_terms(a).values(), scale_terms(b).values(), strict=True)]
+            for a, b, _ in pairs
+        ]
+    )
     values = np.array([value for _, _, value in pairs])
     used: np.ndarray = squares.max(axis=0) > 0.0
     squares = squares[:, used]
@@ -199,14 +199,6 @@ def fitted(shots: Sequence[Shot], names: Sequence[str]) -> MeshModel:
         {name: float(value) for name, value in zip(names, found.x, strict=False)},
         dict(zip(scale_terms(pairs[0][0]), map(float, scale), strict=True)),
     )
-
-
-def _coarser(shots: Iterable[Shot]) -> Iterator[tuple[Shot, Value]]:
-    return ((shot, each) for shot in shots for each in shot.values[:-1])
-
-
-def _scales(grid: MeshGrid) -> list[float]:
-    return [*scale_terms(grid).values()]
 
 
 # ---- tested --------------------------------------------------------------------------------------

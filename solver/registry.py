@@ -3,9 +3,9 @@
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
 ``entries("studies.laws", "LAW")`` finds it. A feature, or another distribution, adds entries through the entry-point
 group ``whipple.studies.laws``, whose values name an entry, a tuple of entries or a folder whose modules offer theirs as
-ours do (``shields = "studies.shields.laws"``); our own groups are read from the tree's ``pyproject.toml`` where it lies
-beside the code, since the metadata of an installation are those of its day. A module that cannot be imported, or lacks
-its entry, stops the start and is named.
+ours do (``shields = "studies.shields.laws"``); our own groups are read from the tree's ``pyproject.toml`` where it
+lies beside the code, since the metadata of an installation are those of its day. A module that cannot be imported, or
+lacks its entry, stops the start and is named.
 """
 
 import importlib

@@ -1,8 +1,7 @@
 """Pages of the documentation that are made, from what the project ships and from results that were computed once.
 
 ``make docs`` builds them into build/site with the pages of docs/. ``python -m docs.pages compute NAME`` computes the
-results behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``verification``,
-``validation``).
+results behind a page anew, in seconds (``tutorial``) or hours (``shots``, ``verification``, ``validation``).
 
 How to add a page: a module here that offers ``pages()``, Markdown by the name of its file among those of docs/, and,
 where the page has plots, ``drawings()``, SVG by name of file in drawings/.
@@ -18,7 +17,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from studies.cases.rows import Row
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
 from studies.quantities.files import RESULT
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
@@ -27,6 +27,7 @@ from studies.runs.run import Run
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
+KeptRow = Mapping[str, Any]  # what a compared row states
 DIGITS = 8  # of numbers that are kept for a page, which shows fewer
 
 
@@ -41,6 +42,14 @@ def made() -> Mapping[str, str]:
             drawings = module.drawings() if hasattr(module, "drawings") else {}
             texts |= {f"drawings/{file}": text for file, text in drawings.items()}
     return texts
+
+
+def in_markdown(name: str, **told: Any) -> str:
+    """A page by its template, a Markdown file of this folder."""
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
+    )
+    return re.sub(r"\n{3,}", "\n\n", environment.get_template(f"{name}.md").render(**told)) + "\n"
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -82,25 +91,14 @@ def computed_once(run: Run, directory: Path) -> RunResult:
     return RunResult.from_json(read_json(file))
 
 
-def sentence(words: str) -> str:
-    """Words as a sentence."""
-    return f"{words[0].upper()}{words[1:]}."
-
-
 def cell(text: str) -> str:
     """A text in a table of Markdown."""
     return text.replace("|", "\\|")
 
 
-def plain(row: Row) -> dict[str, Any]:
-    """Plain objects of a row: its fields that have a value."""
-    stated = {name: value for name, value in row.as_json().items() if name != "verdict"}
-    return {name: short(value) for name, value in stated.items() if value not in (None, "", {})}
-
-
-def row_of(stated: dict[str, Any]) -> Row:
-    """The row of plain objects."""
-    return Row(**{"expected": "", "got": None, "passed": None, **stated})
+def plain(stated: Mapping[str, Any]) -> KeptRow:
+    """What a row states, without its verdict and what it leaves out."""
+    return {name: short(value) for name, value in stated.items() if name != "verdict" and value not in (None, "", {})}
 
 
 def short(value: Any, digits: int = DIGITS) -> Any:
@@ -110,7 +108,7 @@ def short(value: Any, digits: int = DIGITS) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def counted(rows: Sequence[Row]) -> str:
-    """How many of the gates of compared rows hold."""
-    gates = [row.passed for row in rows if row.passed is not None]
+def counted(rows: Sequence[KeptRow]) -> str:
+    """How many of the gates of kept rows hold."""
+    gates = [row["passed"] for row in rows if "passed" in row]
     return f"{sum(gates)} of {len(gates)}" if gates else "no"

@@ -4,12 +4,10 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import gallery, mesh_error, shield_series, shots, simulated_shields, tutorial, validation, verification
+from docs.pages import mesh_error, shots, simulated_shields, tutorial, validation, verification
 
 COMPUTED = {
-    "gallery": gallery,
     "mesh-error": mesh_error,
-    "shield-series": shield_series,
     "shots": shots,
     "simulated-shields": simulated_shields,
     "tutorial": tutorial,
@@ -28,7 +26,7 @@ def main(arguments: list[str]) -> None:
         "rest",
         nargs="*",
         metavar="DIRECTORY [CASE]",
-        help="keeps what is computed, so that the command resumes; cases of a validation, or series; all by default",
+        help="keeps what is computed, so that the command resumes; cases of a validation; all by default",
     )
     asked = parser.parse_args(arguments)
     COMPUTED[asked.name].compute(*map(Path, asked.rest))

@@ -245,15 +245,6 @@ def further() -> tuple[Series, ...]:
 # ---- computed ------------------------------------------------------------------------------------
 
 
-def expected_cost() -> dict[str, float]:
-    """Core hours of each kind, by the estimate of its runs."""
-    hours: dict[str, float] = {}
-    for series in drawn():
-        seconds = sum(estimate(run).core_seconds for _, _, run in series.runs())
-        hours[series.kind] = hours.get(series.kind, 0.0) + seconds / 3600.0
-    return hours
-
-
 def compute(directory: Path | None = None) -> None:
     """Compute the runs that neither the table nor a directory has, the cheap ones first, and store each as it ends."""
     rows = {row["id"]: row for row in stored() if row["physics"] == str(PHYSICS_VERSION)}
@@ -308,17 +299,9 @@ def store(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def pages() -> dict[str, str]:
-    """mesh-error.md."""
-    counts = {kind: sum(series.kind == kind for series in drawn()) for kind in KINDS}
-    runs = {kind: sum(len(series.grids) for series in drawn() if series.kind == kind) for kind in KINDS}
-    rows = [[kind, str(counts[kind]), str(runs[kind]), KINDS[kind]] for kind in KINDS]
-    parts = [
-        "# The mesh error, known from experience\n",
-        RULE,
-        table(["kind", "series", "runs", "drawn"], rows),
-        *_results(),
-    ]
-    return {"mesh-error.md": "\n".join(parts)}
+    """mesh-error.md: the rule, as it was written before the runs, and what they gave."""
+    rule = Path(__file__).with_suffix(".md").read_text(encoding="utf-8")
+    return {"mesh-error.md": "\n".join([rule, *_results()])}
 
 
 def _results() -> Iterator[str]:
@@ -353,82 +336,3 @@ def _results() -> Iterator[str]:
     yield table(["quantity", "coefficients of B", "scale", "times the scale in 3-D", "grids independent"], models)
     yield "\nThe domains, in SI; more cells than any of the ensemble are inside:\n"
     yield table(["quantity", *(name.replace("_", " ") for name in next(iter(known.values()))["domain"])], domains)
-
-
-KINDS = {
-    "plate": f"each of {len(METALS)} metals hit {EACH} times, half of them by itself; one projectile of {EVERY} a "
-    f"cylinder, {LENGTH[0]:g} to {LENGTH[1]:g} diameters long; {SPEED[0] / 1e3:g} to {SPEED[1] / 1e3:g} km/s, "
-    f"{1e3 * DIAMETER[0]:g} to {1e3 * DIAMETER[1]:g} mm, {THICKNESS[0]:g} to {THICKNESS[1]:g} diameters thick; "
-    f"{', '.join(map(str, CELLS))} cells across, from {LEAST_THROUGH:g} through the plate on, up to the first from "
-    f"{FINEST} on that has {THROUGH:g}",
-    "cloud": f"of these plates, with the debris, on the grids up to {FINEST} cells",
-    "block": f"each metal by itself, the others by another one; {', '.join(map(str, BLOCK_CELLS))} cells across, "
-    f"{FINE_BLOCKS} drawn ones on {FINE_BLOCK_CELLS} too where the projectile is no more than {DENSER:g} times as "
-    f"dense; edges absorb, {NEAR_EDGES:g} diameters away, {FAR_EDGES:g} of a denser projectile",
-    "bar": f"bars of all metals, {BAR_LENGTH[0]:g} to {BAR_LENGTH[1]:g} diameters long, at speeds at which rho v^2 is "
-    f"{BAR_LOAD[0]:g} to {BAR_LOAD[1]:g} yield stresses; {', '.join(map(str, BAR_CELLS))} cells across",
-    "space": "a quarter and a half at normal incidence, a half at 30 and 60 degrees; "
-    f"{', '.join(map(str, SPACE_CELLS))} cells across",
-}
-
-RULE = f"""Series of shots, each on several grids, tell how far a coarse grid is off. This page was written before any
-of their runs; the seed is {SEED}. All parameters that are not named are the defaults, so that the answer is that of the
-default recipe, and the position of the grid is drawn anew for each run. The expected cost is 10.5 core hours.
-Recomputed by `python -m docs.pages compute mesh-error DIRECTORY`, which resumes; rows of another physics version do not
-count.
-
-## The model
-
-Of a quantity Q (hole, tip velocity, crater depth, crater diameter, their ratio, sizes of bars) on a grid with n_d cells
-across the projectile and n_t through the plate:
-
-    ln Q(grid) - ln Q(limit) = B + noise,    B = a / n_t^2 + b / n_d
-    a, b = c_0 + c_v ln(v / 4 km/s) + c_s ln(Y_t / 300 MPa) + c_r ln(rho_p / rho_t)
-
-The first term is the plate that is too stiff and too coarse to carry a wave: second order, as the scheme is. The second
-is the surface of what is hit, which is blurred by part of a cell: first order. Blocks and bars have n_d alone, bars
-their own diameter in its place and no ratio of densities; e / n_d^2 stands in place of the first term. c_v, c_s, c_r
-and e are in the model of a quantity where each lowers the median size of what is left of metals that are left out, of
-the training series alone, by a tenth; else the smaller model stands.
-
-The noise has Student's distribution with five degrees of freedom (Lange, Little and Taylor 1989, J. Am. Stat. Assoc.
-84, 881), of the scale s with s^2 = s_0^2 + (s_t / n_t^2)^2 + (s_d / n_d)^2. All constants come from maximum likelihood
-of the differences of each grid and the finest one of its series, ln Q(grid) - ln Q(finest), whose centre is
-B(grid) - B(finest) and whose scale is that of both.
-
-The yield stress is that of the target's first slip, cold and slow.
-
-## Several grids
-
-Corrected values of one shot are averaged with the inverse squares of their scales. What is left on two grids counts
-as independent, so that both narrow the bar, where the interval of 95 % of the two coarsest grids together holds 90 % of
-the values of the finest one, of metals that are left out; else the bar is that of the most certain grid. Offsets on one
-grid are averaged and narrow nothing. Where the finest grid and another differ by more than the 99 % of their scales
-together the grids disagree, and the bar holds what is seen.
-
-## What counts
-
-A run counts where it succeeded and its quantity has a value; a series, where its finest grid counts and one coarser
-one. A value that has not settled at the end of the run counts too: all grids of a series are read at the same time.
-
-## The test
-
-Series are left out by target metal, by t/d (below 0.15, to 0.4, above; plates alone) and by speed (below 3 km/s, to
-5.5, above), the model is fitted to the others, and each difference of a left-out series is compared with its interval
-of 95 %: of each of these three ways and each quantity 90 to 99 % must lie inside. Where that does not hold the domain
-of the quantity is drawn narrower, first by fewest cells (through the plate 3, then 4; across 14), then by speed (from
-2 km/s, then 2.5), then by t/d (from 0.1), and the page says so; at most 20 % of the series may fall out. The same
-where on {FINE:g} cells that are inside the bar of a series is above {100 * WIDEST_BAR:g} %. Where no such domain
-holds, the scale is widened by one factor, the least with which each of the three ways holds 90 %, and the widest
-domain that then holds counts. Outside of the domain the mesh error is unknown. The domain has the ranges of the
-ensemble in speed, t/d, length of cylinders, ratio of densities and strength of the target; in three dimensions
-the same model counts if its interval holds 90 % of the differences there, else the scale is widened by one factor
-for three dimensions until it does.
-
-Three sentences of this rule were written after trial fits to a part of the table and before the fit that counts: values
-that have not settled were left out before, and with them a third of the plates; a plate of 2.4 cells had a bar of 12 %
-on 24 cells across; and the scale was widened in three dimensions alone, so that sizes of bars had no bar.
-
-Six more plates on 64 cells and two more blocks on {FINE_BLOCK_CELLS} are drawn after the model is fitted and before
-they are run, and compared with the answers of 24 and 12 cells.
-"""

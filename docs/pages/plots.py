@@ -5,8 +5,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from studies.cases.pages import COLOURS, GREY, MARKS, STYLE
+from matplotlib.figure import Figure
 
+from studies.reports.drawing.canvas import drawn_plainly
+from studies.reports.drawing.styles import MARKERS, OKABE_ITO
+
+GREY = "#7f7f7f"
+COLOURS, MARKS = (*OKABE_ITO, GREY), ("o", *MARKERS)
 # Dashes of lines: the first with each colour, then the second with each again.
 DASHES = ("-", "--")
 LEGEND_LETTERS = 140  # in a row of a legend, the space of each line and gap taken as 8
@@ -30,16 +35,13 @@ def residuals(panels: Sequence[tuple[str, Mapping[str, Points]]]) -> str:
 
 def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Callable[[], str]]:
     """The axes of a figure in a row, and the function that gives its SVG."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
+    with drawn_plainly():
         figure = Figure(figsize=size)
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
 
     def close() -> str:
         buffer = io.StringIO()
-        with matplotlib.rc_context(STYLE):
+        with drawn_plainly():
             figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
         return buffer.getvalue()
 

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import keep, plots, table
+from docs.pages import in_markdown, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.answers.answer import ask
@@ -45,21 +45,6 @@ TITLES = {
     "craters": "Craters, copper and aluminium",
     "holes": "Holes, aluminium on aluminium and on copper",
 }
-# Published shots that could not be read, with the report to ask for: of the list of references of Cour-Palais (1987),
-# where no other is named.
-WANTED = (
-    ("holes in thin aluminium targets", "Nysmith and Denardo (1969), NASA TN D-5492"),
-    ("holes in the bumpers of double sheets", "Nysmith and Summers (1962), TN D-1431; Nysmith (1968), TN D-4568"),
-    ("holes in thin plates", "Maiden, Gehring and McMillan (1963), GM-DRL TR 63-225; Gehring (1970), in Kinslow"),
-    ("growth of holes in thin plates", "Turpin and Carson (1970), AFML-TR-70-83"),
-    ("bumper holes of 16 debris clouds", "Piekutowski (1996), NASA CR-4707 (source of shots of `shields/`)"),
-    ("over 500 damaged specimens", "Schonberg, Bean and Darzi (1991), NASA CR-4343 (NTRS 19910009851)"),
-    ("craters by spheres of 1.6 to 12.7 mm", "Denardo, Summers and Nysmith (1967), NASA TN D-4067 (listed: 4061)"),
-    ("craters in aluminium", "Halperson (1963), 6th Hypervelocity Impact Symposium 2, 525"),
-    ("craters in metals", "Sorensen (1965), 7th Hypervelocity Impact Symposium 6"),
-    ("craters in 1100, glass spheres of 3.2 mm", "Bernhard, See, Hörz and Cintala (1994), NTRS 19940030901"),
-    ("the two craters in aluminium as numbers", "Pierazzo et al. (2008), Meteorit. Planet. Sci. 43, 1917"),
-)
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
 
 Rows = Sequence[Mapping[str, Any]]
@@ -72,20 +57,16 @@ def compute(directory: Path | None = None) -> None:
     """Every shot of every table, into ``studies/observations/compared.json``; a directory that is kept resumes."""
     with tempfile.TemporaryDirectory() as temporary:
         place = directory or Path(temporary)
+        quantities = {shot.quantity for name in TABLES for shot in published(name)}
         document = {
             "command": COMMAND,
             "version": version("whipple"),
             "physics_version": PHYSICS_VERSION,
-            "measurements": {name: measurements.load(name).version for name in _quantities()},
+            "measurements": {name: measurements.load(name).version for name in sorted(quantities)},
             "grids": {name: grids for name, (_, grids) in TABLES.items()},
             "shots": [row for name in TABLES for row in computed(name, place / name)],
         }
     keep(document, STORED)
-
-
-def _quantities() -> list[str]:
-    shots = [shot for name in TABLES for shot in published(name)]
-    return sorted({shot.quantity for shot in shots})
 
 
 def published(name: str) -> tuple[observations.Observation, ...]:
@@ -175,42 +156,20 @@ def _row(name: str, shot: observations.Observation) -> dict[str, Any]:
 
 def pages() -> dict[str, str]:
     """shots.md."""
-    document = stored()
-    shots = document["shots"]
-    versions = ", ".join(f"`{name}` {number}" for name, number in document["measurements"].items())
-    parts = [
-        "# whipple against published shots\n",
-        "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
-        "each material has the constants that ship, with the sources in its file, and the numerics are the default "
-        f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
-        f"Student's t), scatter the standard deviation; fewer than {FEWEST} shots have neither.\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}; versions of the measurements: {versions}). Grids: "
-        + "; ".join(f"{TITLES[name]}: {_grids(grids)}" for name, grids in document["grids"].items())
-        + ". Blocks with craters absorb waves at their edges and have two particles along each direction of a cell.\n",
-        "## Bias and scatter\n",
-        summary(shots),
-        "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
-        "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
-        "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated; the one in aluminium "
-        "is known as a range alone, and nothing is compared with it. Craters in aluminium are read off figures at "
-        "second hand, with the scatter of their shots, and the alloy of the sphere is not stated. The grid of a bar "
-        "is as wide as it is expected to spread; one that spreads farther has no length (`lost_particles`).\n",
-        "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
-    ]
-    for name in TABLES:
-        mine = [row for row in shots if row["table"] == name]
-        parts += [f"## {TITLES[name]}\n", _by_source(mine), _rows(mine)]
-    parts += [
-        "## Published laws beside the craters and holes\n",
-        f"Each law whose range holds the shot. Fewer than {FEWEST} shots tell no bias and no scatter of a law.\n",
-        laws_beside(),
-        "## Shots that are wanted\n",
-        "Measured holes and craters whose numbers could not be read: whoever has the report can add them "
-        "([how](own-shots.md)).\n",
-        table(["what", "report"], [list(row) for row in WANTED]),
-    ]
-    return {"shots.md": "\n".join(parts)}
+    kept = stored()
+    of_tables = {name: [row for row in kept["shots"] if row["table"] == name] for name in TABLES}
+    text = in_markdown(
+        "shots",
+        kept=kept,
+        confidence=CONFIDENCE,
+        fewest=FEWEST,
+        titles=TITLES,
+        grids_of=_grids,
+        summary=summary(kept["shots"]),
+        tables=[(TITLES[name], _by_source(rows), _rows(rows)) for name, rows in of_tables.items()],
+        laws=laws_beside(),
+    )
+    return {"shots.md": text}
 
 
 def _grids(grids: Mapping[str, Any]) -> str:

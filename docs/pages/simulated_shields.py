@@ -1,9 +1,9 @@
 """simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
-``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes the runs that the file of results does not have,
-by their identities, and stores each as it ends; a directory keeps the states of those that are cut. The shots, the
-grids and the models were written down before any of them was run. An outcome is open where two runs disagree, so that
-the finer grid is for shots on which those of the first agree.
+``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes the runs and stores them in the end; a directory
+keeps results, and the states of those that are cut. The shots, the grids and the models were written down before any of
+them was run. An outcome is open where two runs disagree, so that the finer grid is for shots on which those of the
+first agree.
 """
 
 import math
@@ -11,13 +11,14 @@ import random
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import product, repeat
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import RESULTS, computed_once, keep, read_json, table
+from docs.pages import RESULTS, computed_once, in_markdown, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.outcomes.found import Share
@@ -116,14 +117,12 @@ def parameters_of(shot: ShieldShot, failure: str, grid: float) -> dict[str, Any]
 
 
 def compute(directory: Path | None = None) -> None:
-    """Compute the runs that neither the stored results nor a directory have, and store each as it ends.
+    """Compute all runs, and store them and what they add to the probability; a directory that is kept resumes.
 
-    On the finer grid those of Johnson and Cook's come first, which take less time, and those without failure where they
-    agree.
+    On the finer grid those of the shots that the first one decides.
     """
-    stored = {_place(run): run for run in (read_json(STORED)["runs"] if STORED.exists() else ())}
     runs: list[Mapping[str, Any]] = []
-    asked = [*product(GRIDS[:1], (*FAILURES, OF_PLATES)), *product(GRIDS[1:], reversed(FAILURES))]
+    asked = [*product(GRIDS[:1], (*FAILURES, OF_PLATES)), *product(GRIDS[1:], FAILURES)]
     with (
         tempfile.TemporaryDirectory() as temporary,
         ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
@@ -131,22 +130,10 @@ def compute(directory: Path | None = None) -> None:
         folder = (directory or Path(temporary)).resolve()
         for grid, failure in asked:
             shots = [shot for shot in drawn() if grid == GRIDS[0] or simulated(_of(shot, runs)) != "open"]
-            shots.sort(key=lambda shot: sum(run["seconds"] for run in _of(shot, runs)))
-            places = [(grid, failure, shot) for shot in shots]
-            for run in pool.map(computed_row, places, [folder] * len(places), [stored.get(place) for place in places]):
-                runs.append(run)
-                _store({**stored, **{_place(each): each for each in runs}}.values())
-    _store(runs)
+            runs += pool.map(computed_row, [(grid, failure, shot) for shot in shots], repeat(folder))
+    runs.sort(key=lambda run: (run["grid"], run["failure"], run["shot"]))
+    keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": runs}, STORED)
     joined.store(simulations(runs))
-
-
-def _store(runs: Iterable[Mapping[str, Any]]) -> None:
-    ordered = sorted(runs, key=lambda run: (run["grid"], run["failure"], run["shot"]))
-    keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": ordered}, STORED)
-
-
-def _place(run: Mapping[str, Any]) -> tuple[float, str, int]:
-    return run["grid"], run["failure"], run["shot"]
 
 
 def _of(shot: int, runs: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -154,14 +141,8 @@ def _of(shot: int, runs: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]
     return [run for run in runs if run["shot"] == shot and run["failure"] in FAILURES]
 
 
-def computed_row(
-    place: tuple[float, str, int], folder: Path, before: Mapping[str, Any] | None = None
-) -> Mapping[str, Any]:
-    """What the run of a grid, a failure and the number of a shot says; computed where neither has it.
-
-    ``before`` is the stored row of this place, which may be that of another run, or of one that failed; ``folder`` has
-    results by identity.
-    """
+def computed_row(place: tuple[float, str, int], folder: Path) -> Mapping[str, Any]:
+    """What the run of a grid, a failure and the number of a shot says; computed where the folder does not have it."""
     grid, failure, number = place
     shot = drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in materials_of(shot).items()}
@@ -170,8 +151,6 @@ def computed_row(
         run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
     except InvalidInput:  # a space too short for two grids: nothing is said of the shot
         return {**about, "id": "", "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
-    if before is not None and before["id"] == run.id and before["state"] != "failed":
-        return before
     result = computed_once(run, folder / run.id)
     outcome = outcome_in(result.as_json(), "wall_perforated")
     print(shot.source, shot.shot, failure, grid, result.state, flush=True)
@@ -267,132 +246,112 @@ def rated(pairs: Sequence[tuple[WallOutcome, Simulated]]) -> tuple[Judged, int]:
     return judged, len(pairs) - len(decided)
 
 
+@dataclass(frozen=True)
+class OfTheMesh:
+    """How many of the shots that the first grid decides keep their outcome on the finer one."""
+
+    decided: int
+    ended: int  # of these, with all runs of the rule
+    kept: int
+    turned: int  # of which a run says the other outcome
+
+
 def pages() -> dict[str, str]:
     """simulated-shields.md."""
-    if not STORED.exists():
-        return {}
     runs = read_json(STORED)["runs"]
     first = [run for run in runs if run["grid"] == GRIDS[0]]
     told = simulation(runs)
-    shots = [shot for shot, _ in told]
+    decided = [shot for shot, outcome in told if outcome != "open"]
+    judged, _ = of_rule = rated([(shot.outcome, outcome) for shot, outcome in told])
+    failures = (OF_PLATES, *FAILURES)
+    right = {law.name: judge(law, decided).right for law in equations()}
+    kinds = simulations(runs)
+    scores = joined.validated(kinds[SimulationKind(tuple(sorted(FAILURES)), "several" if _is_whole(runs) else "one")])
+    held = [
+        outcome
+        for shot, outcome in outcomes(first, [FAILURES[1]])
+        if shot.speed >= RANGES[1][1] and not shot.is_perforated
+    ]
+    text = in_markdown(
+        "simulated_shields",
+        told=told,
+        failures=failures,
+        found=[failures_found(failure, RANGES[1][1]) for failure in failures],
+        careful=Share(held.count("perforated"), len(held)),
+        of_plates=OF_PLATES,
+        seed=SEED,
+        each_outcome=EACH,
+        in_doubt=IN_DOUBT,
+        cells=(LEAST_CELLS, THROUGH_BUMPER, MOST_CELLS, THROUGH_WALL),
+        finer=GRIDS[1],
+        command=COMMAND,
+        mesh=_of_the_mesh(first, runs),
+        decided=decided,
+        right=judged.right,
+        always=[name for name, share in right.items() if share.count == share.of],
+        joined=_joined_ranges(kinds),
+        tables={
+            "what_tells": _what_tells(first, told, decided, of_rule),
+            "by_speed": table(["speed", *OUTCOMES], list(_by_speed(told))),
+            "joined": _joined(kinds),
+            "shots": table(
+                ["shot", "speed", "d, t_b, S, t_w (mm)", "measured", "simulated", "P without simulation", "P joined"],
+                [
+                    [*_of_shot(shot, outcome), shown(before), shown(after)]
+                    for (shot, outcome), before, after in zip(told, scores.before, scores.after, strict=True)
+                ],
+            ),
+        },
+    )
+    return {"simulated-shields.md": text}
+
+
+def _what_tells(
+    first: Sequence[Mapping[str, Any]],
+    told: Sequence[tuple[ShieldShot, Simulated]],
+    decided: Sequence[ShieldShot],
+    of_rule: tuple[Judged, int],
+) -> str:
+    """How often simulations and equations are right, and these on the shots that all runs decide alike."""
     rows = []
     for failure in (*FAILURES, OF_PLATES):
         alone = [(shot.outcome, outcome) for shot, outcome in outcomes(first, [failure])]
         rows.append(_row(f"simulation, failure {failure}, cells × {GRIDS[0]:g} alone", *rated(alone)))
-    decided = [shot for shot, outcome in told if outcome != "open"]
-    of_rule = rated([(shot.outcome, outcome) for shot, outcome in told])
-    for asked, words in ((shots, ""), (decided, ", on the shots that all runs decide alike")):
+    for asked, words in (([shot for shot, _ in told], ""), (decided, ", on the shots that all runs decide alike")):
         if words:
             rows.append(_row("simulation, all runs together", *of_rule))
         for law in equations():
             judged = judge(law, asked)
             rows.append(_row(f"`{law.name}`{words}", judged, len(asked) - judged.right.of))
-    kind = SimulationKind(tuple(sorted(FAILURES)), "several" if _is_whole(runs) else "one")
-    scores = joined.validated(simulations(runs)[kind])
-    parts = [
-        "# Shots on shields, simulated\n",
-        _of_failures(),
-        _rule(len(told)),
-        *_of_the_mesh(first, runs),
-        _of_the_decided(of_rule[0], decided),
-        table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows),
-        "\nUnsafe: said to hold, and perforated. Right / decided / open of the simulation by speed and outcome:\n",
-        table(["speed", *OUTCOMES], list(_by_speed(told))),
-        *_joined(runs),
-        "\nEach shot; in bold where the simulation is wrong or open; P by the other laboratories, with its interval:\n",
-        table(
-            ["shot", "speed", "d, t_b, S, t_w (mm)", "measured", "simulated", "P without simulation", "P joined"],
-            [
-                [*_of_shot(shot, outcome), shown(before), shown(after)]
-                for (shot, outcome), before, after in zip(told, scores.before, scores.after, strict=True)
-            ],
-        ),
-    ]
-    return {"simulated-shields.md": "\n".join(parts)}
+    return table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows)
 
 
-def _of_failures() -> str:
-    """How many of the perforated walls simulations find: what a simulated wall that holds is worth."""
-    from docs.pages import shield_series  # which takes the rule of this page
-
-    found = []
-    for failure in (OF_PLATES, *FAILURES):
-        share = failures_found(failure, RANGES[1][1])
-        assert share is not None
-        found.append(f"{share.count} with failure `{failure}`")
-        of = share.of
-    stored = read_json(shield_series.STORED)["runs"]
-    first = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
-    careful = FAILURES[1]
-    held = [told for shot, told in outcomes(first, [careful]) if shot.speed >= RANGES[1][1] and not shot.is_perforated]
-    failed = [
-        simulated([run for run in runs if run["failure"] == OF_PLATES])
-        for name, each in shield_series.series().items()
-        for shot, runs in zip(each.shots, stored[name], strict=True)
-        if shot.is_perforated
-    ]
-    return (
-        f"**A simulated wall that holds is no shield that holds.** Of the {of} drawn walls that were perforated "
-        f"from 3 km/s on the simulation found {', '.join(found[:-1])} and {found[-1]}; the last also perforates "
-        f"{held.count('perforated')} of the {len(held)} that held. Of the {len(failed)} of "
-        f"[two series](shield-series.md) near 7 km/s it found {failed.count('perforated')} with `{OF_PLATES}`.\n"
-    )
-
-
-def _of_the_decided(judged: Judged, shots: Sequence[ShieldShot]) -> str:
-    """What the shots that all runs decide alike are worth: how many equations are right about all of them."""
-    right = {law.name: judge(law, shots).right for law in equations()}
-    every = [f"`{name}`" for name, share in right.items() if share.count == share.of]
-    return (
-        f"All runs together decide {len(shots)} shots, and are right about {judged.right.count} of them. These are the "
-        f"easy ones: {', '.join(every) or 'no equation'} {'is' if len(every) == 1 else 'are'} right about all.\n"
-    )
-
-
-def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """How many of the shots that the first grid decides keep their outcome on the finer one."""
-    before = {shot: said for shot in drawn() if (said := simulated(_of(shot, first))) != "open"}
+def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> OfTheMesh:
+    before = {shot for shot in drawn() if simulated(_of(shot, first)) != "open"}
     after = {shot: outcome for shot, outcome in _ended(runs).items() if shot in before}
-    kept = [shot for shot, outcome in after.items() if outcome != "open"]
-    turned = [shot for shot in after if {run["perforated"] for run in _of(shot, runs)} >= {0.0, 1.0}]
-    yield (
-        f"Of the {len(before)} shots that the coarser cells decide {len(after)} are computed on the finer ones: "
-        f"{len(kept)} keep their outcome, a run of {len(turned)} says the other, and "
-        f"{len(after) - len(kept) - len(turned)} are left open by a run without a decision.\n"
-    )
-    if len(after) < len(before):
-        yield (
-            f"**The cells times {GRIDS[1]:g} are not all computed yet** (half a day of a core or more), so that a "
-            "simulation here is two runs on one grid.\n"
-        )
+    kept = sum(outcome != "open" for outcome in after.values())
+    turned = sum({run["perforated"] for run in _of(shot, runs)} >= {0.0, 1.0} for shot in after)
+    return OfTheMesh(len(before), len(after), kept, turned)
 
 
-def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """What the simulation adds to the probability from equations and shots, by kind of runs."""
-    yield "\n## Probability joined with the simulation\n"
-    kinds = simulations(runs)
-    gained = {kind: joined.validated(shots) for kind, shots in kinds.items()}
+def _joined_ranges(kinds: Iterable[SimulationKind]) -> list[str]:
+    """The kinds of simulation that reports join, with the range of the speed."""
     joints = {kind: joined.joint(kind) for kind in kinds}
-    counted = [
+    return [
         f"failure {kind.name} {where}"
         for kind, constants in joints.items()
         for where, low, _ in RANGES
         if constants is not None and constants.is_joined_at(low)
     ]
-    yield (
-        "logit P = logit P of [equations and shots](shields.md#probability-that-the-wall-fails) + a where the "
-        "simulation perforates, + b where it holds; an open one adds nothing. The rule was written down before any "
-        "outcome was seen: `studies/shields/shots/joined.py`. Each shot is predicted by the other laboratories "
-        "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
-        "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
-        "0.125. A kind of simulation is joined in a range of the speed once the lower end of what it gains there is "
-        f"above zero; reports join: {' and '.join(counted) or '**none**'}.\n"
-    )
+
+
+def _joined(kinds: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> str:
+    """What the simulation adds to the probability from equations and shots, by kind of runs."""
     rows = []
-    for kind, scores in gained.items():
-        constants = joined.joint_of(joined.unseen(kinds[kind]), kinds[kind])
+    for kind, mine in kinds.items():
+        scores, constants = joined.validated(mine), joined.joint_of(joined.unseen(mine), mine)
         deviations = [constants.covariance[place][place] ** 0.5 for place in (0, 1)]
-        falls = [scores.gained(), *((each.gained, each.within) for each in joined.drawn_shots(kinds[kind], scores))]
+        falls = [scores.gained(), *((each.gained, each.within) for each in joined.drawn_shots(mine, scores))]
         rows.append(
             [
                 f"failure {kind.name}",
@@ -404,22 +363,8 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             ]
         )
     ranges = [where for where, *_ in RANGES]
-    header = ["simulation", "a", "b", "Brier score without", "with", "gained", *ranges, "of all: without", "with"]
-    yield table(header, rows)
-
-
-def _rule(count: int) -> str:
-    return (
-        f"{count} shots at normal incidence, drawn with the seed {SEED} from the published ones on alloys that ship, "
-        f"of bumpers and walls with fracture strains ([shields](shields.md)): up to {EACH} of each outcome below 3, "
-        f"from 3 to 7 and above 7 km/s, less those of `{IN_DOUBT}`, which was seen to be in doubt after the draw. "
-        "The rule was written down before any was run: axisymmetric, at least "
-        f"{LEAST_CELLS:g} cells across the sphere and {THROUGH_BUMPER:g} through the bumper (at most {MOST_CELLS:g} "
-        f"across the sphere), {THROUGH_WALL:g} through the wall, and all of these times {GRIDS[1]:g}; without failure "
-        "and with Johnson and Cook's. The outcome is open where these four runs disagree; where those of the coarser "
-        f"cells do, the finer ones are not computed. `{OF_PLATES}`, [the default of plates](failure.md), stands beside "
-        "them, on the coarser cells alone: it was added when the outcomes of the others were known, before any of its "
-        f"own was. Recomputed by `{COMMAND}`.\n"
+    return table(
+        ["simulation", "a", "b", "Brier score without", "with", "gained", *ranges, "of all: without", "with"], rows
     )
 
 
@@ -446,7 +391,3 @@ def _of_shot(shot: ShieldShot, told: Simulated) -> list[str]:
     mark = told if told == shot.outcome else f"**{told}**"
     lengths = ", ".join(f"{1e3 * size:.3g}" for size in sizes)
     return [f"{shot.source} {shot.shot}", f"{shot.speed / 1e3:.2f} km/s", lengths, shot.outcome, mark]
-
-
-if __name__ == "__main__":  # the constants of the results as they are stored
-    joined.store(simulations(read_json(STORED)["runs"]))

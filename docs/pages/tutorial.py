@@ -33,13 +33,13 @@ def compute(directory: Path | None = None) -> None:
 
 def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, str]:
     """Output of a cell: what it prints, the value of its last line, and the name of its figure."""
-    from matplotlib import pyplot, rc_context
+    from matplotlib import pyplot
 
-    from studies.cases.pages import STYLE
+    from studies.reports.drawing.canvas import drawn_plainly
 
     *statements, last = ast.parse(source).body
     printed, value = io.StringIO(), None
-    with contextlib.redirect_stdout(printed), rc_context(STYLE):
+    with contextlib.redirect_stdout(printed), drawn_plainly():
         exec(compile(ast.Module(statements, []), "cell", "exec"), namespace)
         if isinstance(last, ast.Expr):
             value = eval(compile(ast.Expression(last.value), "cell", "eval"), namespace)

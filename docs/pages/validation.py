@@ -4,8 +4,8 @@ A case that is another model on the mesh of its source, as the half model of a b
 """
 
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -13,11 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from docs.pages import RESULTS, by_place, cell, counted, keep, plain, read_json, row_of, sentence, short, table
+from docs.pages import RESULTS, KeptRow, by_place, cell, counted, in_markdown, keep, plain, read_json, short, table
+from service.cases.validation import STORE, selected, validated
+from service.settings import Settings
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.compared import Line, Picture
+from studies.cases.comparison import Comparison
 from studies.cases.pages import HEADERS, cells, draw
+from studies.cubes.reading import open_cube
 from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"
@@ -41,21 +45,12 @@ def compute(directory: Path | None = None, *names: Path) -> None:
     keep(document, STORED)
 
 
-@contextmanager
-def _unwatched(name: str) -> Iterator[Any]:
-    yield lambda status: None
-
-
 def _computed(chosen: str, place: Path) -> dict[str, Any]:
     """Rows of a case, and at the level ``fine`` the numbers of its pictures."""
-    from service.cases.validation import STORE, selected, validated
-    from service.settings import Settings
-    from studies.cubes.reading import open_cube
-
     settings = Settings(data=place / STORE)
-    name, level = _place(chosen)
-    cases = selected([name], level)
-    rows = [plain(each.row) for each in validated(cases, level, place, settings, _unwatched)]
+    name, level = chosen.partition("/")[0], _level(chosen)
+    showing = nullcontext(lambda status: None)
+    rows = [plain(row.as_json()) for _, row in validated(selected([name]), level, place, settings, lambda _: showing)]
     case = validation.load(name)
     cubes = {sweep: open_cube(place / name / sweep) for sweep in case.sweeps(level)}
     pictures = [_kept(picture) for picture in case.pictures(cubes)] if level == LEVEL else []
@@ -74,33 +69,43 @@ def _kept(picture: Picture) -> dict[str, Any]:
     return {**asdict(picture), "lines": lines}
 
 
-def _place(chosen: str) -> tuple[str, validation.ValidationLevel]:
-    """Name and level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
-    name, _, level = chosen.partition("/")
-    return name, level or LEVEL  # type: ignore[return-value]
+def _level(chosen: str) -> validation.ValidationLevel:
+    """The level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
+    other = chosen.partition("/")[2]
+    return next((level for level in validation.LEVELS if level == other), LEVEL)
 
 
 def pages() -> dict[str, str]:
     """The list of the cases, and a page for each."""
-    document = read_json(STORED)
-    absent = [f"`{name}`" for name in validation.names() if name not in document["cases"]]
-    longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
-    physics = " and ".join(sorted({str(kept["physics_version"]) for kept in document["cases"].values()}, key=int))
-    parts = [
-        "# Published problems\n",
-        "Published problems, each computed as an ordinary sweep, with experiments and other codes beside. "
-        "`whipple validate CASE --level quick|thesis|fine` computes one anew. A gate belongs to the mesh of the "
-        "source; the value without a mesh stands beside it with its error bar, because part of a published "
-        f"agreement is its mesh. A value of one grid has no error bar: {MESH_UNKNOWN}. Nothing is tuned.\n",
-        # Measured 2026-11-23 on two busy cores.
-        "All cases at the level `thesis` took 26 minutes of a core, nearly all of them Tables 3.3 and 3.4 in three "
-        "dimensions; without `hole-laws` and `shape-coefficient`.\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version {physics}, said on "
-        f"each page), level `{LEVEL}`.{longer}\n",
-        table(["case", "states", "rows", "gates held"], [_summary(*each) for each in document["cases"].items()]),
-    ]
-    cases = [name for name in document["cases"] if _place(name)[1] == LEVEL]
-    return {"validation.md": "\n".join(parts), **{f"validation/{name}.md": _page(name) for name in cases}}
+    kept = read_json(STORED)
+    cases = [(chosen, *chosen.partition("/")[::2], case) for chosen, case in kept["cases"].items()]
+    text = in_markdown(
+        "validation",
+        kept=kept,
+        cases=cases,
+        loaded=validation.load,
+        absent=[f"`{name}`" for name in validation.names() if name not in kept["cases"]],
+        physics=" and ".join(sorted({str(case["physics_version"]) for case in kept["cases"].values()}, key=int)),
+        level=LEVEL,
+        mesh_unknown=MESH_UNKNOWN,
+        counted=counted,
+    )
+    of_cases = {
+        f"validation/{name}.md": in_markdown(
+            "case",
+            case=validation.load(name),
+            levels=[(level, case, _table(case["rows"])) for _, of, level, case in cases if of == name],
+            file_of=_file,
+        )
+        for _, name, other, _ in cases
+        if not other
+    }
+    return {"validation.md": text, **of_cases}
+
+
+def _table(rows: Sequence[KeptRow]) -> str:
+    texts = [cells(Comparison(**{"expected": "", "got": "", **row})) for row in rows]
+    return table(list(HEADERS), list(by_place([list(map(cell, row)) for row in texts])))
 
 
 def drawings() -> dict[str, str]:
@@ -120,30 +125,3 @@ def _picture(kept: Mapping[str, Any]) -> Picture:
         for each in kept["lines"]
     )
     return Picture(**{**kept, "lines": lines})
-
-
-def _summary(chosen: str, kept: dict[str, Any]) -> list[str]:
-    name, level = _place(chosen)
-    states = validation.load(name).says if level == LEVEL else f"the same, level {level}"
-    anchor = "" if level == LEVEL else f"#level-{level}"
-    return [
-        f"[{chosen}](validation/{name}.md{anchor})",
-        states,
-        str(len(kept["rows"])),
-        counted([row_of(row) for row in kept["rows"]]),
-    ]
-
-
-def _page(name: str) -> str:
-    """A case at the level ``fine``, and below it at others."""
-    case, cases = validation.load(name), read_json(STORED)["cases"]
-    parts = [f"# {name}\n", f"{sentence(case.says)} Source: {case.source}.\n"]
-    for chosen, kept in cases.items():
-        if _place(chosen)[0] == name:
-            parts += [
-                *([] if chosen == name else [f"## Level {_place(chosen)[1]}\n"]),
-                f"Physics version {kept['physics_version']}.\n",
-                *(f"![{picture['title']}](../drawings/{_file(picture)})\n" for picture in kept["pictures"]),
-                table(list(HEADERS), list(by_place([list(map(cell, cells(row_of(row)))) for row in kept["rows"]]))),
-            ]
-    return "\n".join(parts)

@@ -1,6 +1,7 @@
-"""Published and exactly solved problems, computed here and compared."""
+"""Published problems, computed here and compared."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,19 +17,11 @@ if TYPE_CHECKING:
 app = typer.Typer()
 COMMANDS = Commands("cases", LOCAL, app, place=3)
 
-Cases = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="[CASE ...]",
-        help="Cases; `validation` or `verification` are all of the published or of the exactly solved ones.",
-    ),
-]
+Cases = Annotated[list[str] | None, typer.Argument(metavar="[CASE ...]", help="Cases; all without one.")]
 DetailLevel = Annotated[
     str,
     typer.Option(
-        "--level",
-        metavar="quick|thesis|fine",
-        help="Coarse grids and short cases; the meshes of the sources; or three grids.",
+        "--level", metavar="quick|thesis|fine", help="Coarse grids; the meshes of the sources; or three grids."
     ),
 ]
 
@@ -37,17 +30,17 @@ DetailLevel = Annotated[
 def validate(
     cases: Cases = None,
     level: DetailLevel = "quick",
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for pages, cubes and reports.")] = Path("validation"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for page, cubes and reports.")] = Path("validation"),
     threads: Threads = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the cases alone.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Compute published and exactly solved problems, and compare. Repeated, it resumes."""
+    """Compute published problems, and compare. Repeated, it resumes."""
     from service.cases.validation import STORE, selected, validated
     from service.client.progress import showing_progress
 
     chosen_level = _level(level)
-    chosen = selected(cases or [], chosen_level)
+    chosen = selected(cases or [])
     if listing:
         for case in chosen:
             print(f"{case.name}: {case.says}")
@@ -55,18 +48,17 @@ def validate(
     folder = folder_of(out)
     settings = settings_of(data=folder / STORE, threads=threads)
     rows = []
-    for each in validated(chosen, chosen_level, folder, settings, showing_progress):
-        rows.append(each)
+    for name, row in validated(chosen, chosen_level, folder, settings, showing_progress):
+        rows.append((name, row))
         if not as_json:
-            print(f"{each.case} | {each.row}", flush=True)
-    failed = sum(each.row.passed is False for each in rows)
+            print(f"{name} | {row}", flush=True)
+    verdicts = Counter(row.verdict for _, row in rows)
     if as_json:
-        print(json.dumps([each.as_json() for each in rows], indent=2, allow_nan=False))
+        print(json.dumps([{"case": name, **row.as_json()} for name, row in rows], indent=2, allow_nan=False))
     else:
-        checked = sum(each.row.passed is not None for each in rows)
-        print(f"{checked - failed} passed, {failed} failed, {len(rows) - checked} reported")
-        print(f"pages: {folder / 'index.html'}")
-    raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
+        print(f"{verdicts['PASS']} passed, {verdicts['FAIL']} failed, {verdicts['REPORT']} reported")
+        print(f"page: {folder / 'index.html'}")
+    raise typer.Exit(FAILURE if verdicts["FAIL"] or not rows else SUCCESS)
 
 
 def _level(text: str) -> "ValidationLevel":

@@ -1,77 +1,40 @@
-"""Validation and verification cases computed on this machine, with their pages."""
+"""Published problems computed on this machine, with their page."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from service.cli.local import STORE_OF_FOLDER, ShowProgress, run_sweeps
 from service.settings import Settings
-from solver.errors import WhippleError
-from studies.cases import validation, verification
-from studies.cases.pages import write_case, write_index
-from studies.cases.rows import Verified, timed
+from studies.cases import validation
+from studies.cases.comparison import Comparison
+from studies.cases.pages import ComputedCase, write_page
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
-from studies.cases.verification import VerificationCase, verify
 from studies.cubes.reading import open_cube
-from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER
-KINDS = ("validation", "verification")
 
 
-def selected(names: Sequence[str], level: ValidationLevel) -> list[VerificationCase | ValidationCase]:
-    """Cases of the names, or of all; of whole kinds, at ``quick``, those of seconds. Raises InvalidInput."""
-    quick = level == "quick"
-    of_kinds: Mapping[str, list[VerificationCase | ValidationCase]] = {
-        "validation": [validation.load(name) for name in validation.names()],
-        "verification": [verification.load(name) for name in verification.names(quick=quick)],
-    }
-    by_name: dict[str, VerificationCase | ValidationCase] = {
-        name: package.load(name) for package in (verification, validation) for name in package.names()
-    }
-    chosen: dict[str, VerificationCase | ValidationCase] = {}
-    for name in names or KINDS:
-        if name in of_kinds:
-            chosen |= {case.name: case for case in of_kinds[name]}
-        elif name in by_name:
-            chosen[name] = by_name[name]
-        else:
-            cure = nearest_cure(name, [*KINDS, *by_name])
-            raise refusal("case", name, "a case, validation or verification", cure)
-    return list(chosen.values())
+def selected(names: Sequence[str]) -> list[ValidationCase]:
+    """Cases of the names, or all; raises InvalidInput."""
+    return [validation.load(name) for name in dict.fromkeys(names or validation.names())]
 
 
 def validated(
-    cases: Sequence[VerificationCase | ValidationCase],
-    level: ValidationLevel,
-    out: Path,
-    settings: Settings,
-    showing: ShowProgress,
-) -> Iterator[Verified]:
-    """Compute cases, and yield each row as it is known; writes a page for each case, and an index.
+    cases: Sequence[ValidationCase], level: ValidationLevel, out: Path, settings: Settings, showing: ShowProgress
+) -> Iterator[tuple[str, Comparison]]:
+    """Compute cases, and yield each comparison with the name of its case as it is known; writes a page of all.
 
-    The sweeps of all cases are computed together, each into ``out/CASE/SWEEP``. An error of the solver is a row that
-    failed.
+    The sweeps of all cases are computed together, each into ``out/CASE/SWEEP``. An error of the solver is a comparison
+    that failed.
     """
-    done: list[tuple[VerificationCase | ValidationCase, list[Verified]]] = []
-    for case in cases:
-        if isinstance(case, VerificationCase):
-            rows: list[Verified] = []
-            for row in verify([case.name]):
-                rows.append(row)
-                yield row
-            write_case(case, rows, {}, out)
-            done.append((case, rows))
-    published = [case for case in cases if isinstance(case, ValidationCase)]
-    for case, cubes in _computed(published, level, out, settings, showing):
-        rows = []
-        for row in timed(case.name, case.says, partial(case.rows, level, cubes), WhippleError):
-            rows.append(row)
-            yield row
-        write_case(case, rows, cubes, out)
-        done.append((case, rows))
-    write_index(done, level, out)
+    done = []
+    for case, cubes in _computed(cases, level, out, settings, showing):
+        comparisons = []
+        for comparison in case.compared(level, cubes):
+            comparisons.append(comparison)
+            yield case.name, comparison
+        done.append(ComputedCase(case, comparisons, cubes))
+    write_page(done, level, out)
 
 
 def _computed(
@@ -79,12 +42,10 @@ def _computed(
 ) -> Iterator[tuple[ValidationCase, Cubes]]:
     """Each case with its cubes by name, as the last of its sweeps ends."""
     documents = {f"{case.name}/{name}": document for case in cases for name, document in case.documents(level).items()}
-    if not documents:
-        return
-    waiting: dict[str, tuple[ValidationCase, dict[str, Any]]] = {case.name: (case, {}) for case in cases}
+    named, waiting = {case.name: case for case in cases}, dict[str, Cubes]()
     for place, finished in run_sweeps(documents, out, showing=showing, settings=settings):
         case_name, name = place.split("/")
-        case, cubes = waiting[case_name]
-        cubes[name] = open_cube(finished.folder)
+        case, cubes = named[case_name], {**waiting.get(case_name, {}), name: open_cube(finished.folder)}
+        waiting[case_name] = cubes
         if len(cubes) == len(case.sweeps(level)):
             yield case, cubes

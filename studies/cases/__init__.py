@@ -1,6 +1,5 @@
-"""Cases: problems with a known answer, computed here and compared row by row.
+"""Published problems, computed here and compared figure by figure: ``whipple validate``.
 
-``verification`` holds problems with an exact answer, ``validation`` published ones; in both folders one file adds one.
-``rows`` is the record of a compared figure, ``compared`` makes rows of a cube, ``pages`` writes what was compared.
-``solutions`` are the exact answers, ``setups`` the problems that several cases share.
+``validation`` holds them, and one file adds one. ``comparison`` is the record of a compared figure, ``compared`` makes
+comparisons of a cube, ``pages`` writes what was compared.
 """

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from studies.cases.rows import Row, absolute, relative
+from studies.cases.comparison import Comparison, absolute, relative
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, simulated, verdicts_of
 from studies.observations import Observation
@@ -156,7 +156,7 @@ def compared(
     mesh: tuple[float, str] | None = None,
     within: float | None = None,
     share: float | None = None,
-) -> Iterator[Row]:
+) -> Iterator[Comparison]:
     """Rows of a quantity against the number by ``reference``: on the mesh of the source, and converged as a report.
 
     ``mesh`` is that mesh, cells per diameter and its name; ``within`` is a tolerance in display units, or ``share`` a

@@ -131,6 +131,7 @@ class DebrisCloud(ImpactSetUp):
         from studies.films.radiograph import PIXELS
         from studies.films.section import SectionOptions
 
+        assert isinstance(setting, CloudSetting)
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(
             moments=moments,

@@ -152,12 +152,6 @@ class DeckRun(SetUp):
         )
         return Setting(problem=problem, sector=2.0 * math.pi)
 
-    @staticmethod
-    def view(setting: Setting, snapshot: "Snapshot") -> "WholeView":
-        from studies.decks.whole import view
-
-        return view(snapshot)
-
     def size(self, materials: Materials) -> Size:
         deck, fine = self.read, self.refinement
         sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
@@ -168,6 +162,12 @@ class DeckRun(SetUp):
 
     def cells(self) -> dict[str, float]:
         return {"refinement": float(self.refinement)}
+
+    @staticmethod
+    def view(setting: Setting, snapshot: "Snapshot") -> "WholeView":
+        from studies.decks.whole import view
+
+        return view(snapshot)
 
     def rate(self, setting: Setting) -> ObservationRate:
         end = setting.problem.end_time

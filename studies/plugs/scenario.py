@@ -340,12 +340,6 @@ class Plugging(SetUp):
             gap=self.gap,
         )
 
-    @staticmethod
-    def view(setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
-        from studies.plugs.plug import view
-
-        return view(setting, snapshot)
-
     def _square(self) -> dict[str, float]:
         """Half widths of the particles of a coupled plate and of the plate, and their spacing, m."""
         return {"square": SQUARE * self.projectile_diameter, "width": self.radius, "step": self.step}
@@ -405,6 +399,12 @@ class Plugging(SetUp):
 
     def cells(self) -> dict[str, float]:
         return {"cells_per_diameter": self.cells_per_diameter, "cells_per_thickness": self.plate_thickness / self.cell}
+
+    @staticmethod
+    def view(setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
+        from studies.plugs.plug import view
+
+        return view(setting, snapshot)
 
     def rate(self, setting: Setting) -> ObservationRate:
         interval = OBSERVED * self.cell / self.speed

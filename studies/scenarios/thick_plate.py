@@ -15,7 +15,7 @@ from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %
-# deeper here than in a block half as large again, absorbing edges less than 1 % (verification case absorbing-block).
+# deeper here than in a block half as large again, absorbing edges less than 1 % (claim absorbing-block).
 DEPTH, RADIUS = 11.0, 10.0  # of the block, in projectile diameters
 
 # Nearer than this absorbing edges are refused: metal yields there, and the crater is 7 % shallower (the same case).

@@ -20,11 +20,11 @@ from solver.methods.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start
-from studies.cases.setups.methods import COURANT, SPH
 from studies.materials import load
 from studies.runs.run import Run, resolve
 from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
+from tests.cases.verification.setups.methods import COURANT, SPH
 from tests.contracts.features import ROOT
 
 WARM, PAIRS = 60, 5  # steps before, and pairs of blocks

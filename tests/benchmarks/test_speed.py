@@ -7,10 +7,10 @@ import functools
 
 import pytest
 
-from studies.cases.rows import Row, at_least, at_most, equal
 from tests.benchmarks import figures, queue
 from tests.benchmarks.measure import BARS
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, at_most, equal
 
 NANOSECONDS = {
     "axisymmetric_default_12k": 110.0,

@@ -19,12 +19,12 @@ from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
 from studies import materials
-from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative
-from studies.cases.verification import bits
 from studies.runs.execution import execute
 from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
+from tests.cases.verification import bits
+from tests.claims.rows import Row, absolute, at_least, at_most, equal, relative
 
 WELDOX = materials.load("weldox-460-e")
 HALF_DIGIT = 0.5e-3  # of the published fracture strains, 1.504 and 1.517

@@ -1,9 +1,7 @@
-"""Melting under pressure: exact answers at a point, on release, and the melted share of a projectile beside CALE."""
+"""Melting under pressure: exact answers at a point and on release."""
 
 import math
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,13 +15,9 @@ from solver.matter.stress import PointState, advance
 from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import ArtificialViscosity
 from studies import materials
-from studies.cases.compared import ComparedReading
-from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
-from studies.cases.solutions.hugoniot import Solid, shocked
-from studies.cases.validation import load, numbers_of
-from studies.cases.validation.melted_projectile import QUANTITY
 from studies.scenarios.parts.matter import matter
-from tests.cases.cubes import computed
+from tests.cases.verification.solutions.hugoniot import Solid, shocked
+from tests.claims.rows import Row, absolute, at_most, equal, relative
 from tests.contracts.test_scenarios import asked, built
 from tests.solver.bodies import after
 
@@ -205,31 +199,3 @@ def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
     compared(equal("some matter is melting", expected=True, got=melting > 0))
     compared(equal("and cooler for it", expected=True, got=lower < -1.0))
     compared(at_most("drift of the energy", limit=DRIFT, got=abs(simulation.audit().energy_drift)))
-
-
-def _melted() -> dict[str, Any]:
-    """The sweep of the validation case, for bumpers of 0.1 and 0.2 diameters."""
-    document = dict(load("melted-projectile").documents("fine")["melt"])
-    return {**document, "axes": {**document["axes"], "plate_thickness": ["1 mm", "2 mm"]}}
-
-
-@pytest.mark.claim("breaking", "melted-share", minutes=2.0)
-def test_melted_share__has_a_bar_that_holds_a_finer_grid(compared: Callable[[Row], None], tmp_path: Path) -> None:
-    """The bar of a melted share on three grids up to 24 cells holds that on 48; both beside CALE."""
-    melted = _melted()
-    coarse, fine = computed(melted, tmp_path), computed({**melted, "resolution": 48}, tmp_path)
-    for number in numbers_of("melted_projectile", "debris_cloud"):
-        at = {axis: number.at(axis) for axis in ("speed", "plate_thickness")}
-        if at["plate_thickness"] > 2.5e-3:
-            continue
-        [reading, finer] = (ComparedReading(each, QUANTITY, at) for each in (coarse, fine))
-        value, bar, _ = reading.converged
-        where = f"bumper of {100 * at['plate_thickness']:g} diameters, {at['speed'] / 1e3:g} km/s"
-        compared(Row(f"{where}: {reading.convergence}", number.value, value, None, error=value - number.value, bar=bar))
-        got = finer.on()
-        compared(Row(f"{where}: 48 cells", number.value, got, None, error=got - number.value))
-        held = bar if bar is not None else math.nan
-        left = min(value + held, 1.0) - max(value - held, 0.0)
-        compared(reported(f"{where}: of all shares that there are, those within the bar", left))
-        row = absolute(f"{where}: 48 cells within the bar of 24", expected=value, got=got, within=held)
-        compared(row.ungated(held) if left == 1.0 else row)  # what holds every share is no gate

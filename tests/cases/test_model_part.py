@@ -13,13 +13,13 @@ from docs.model_part import METALS, SHOTS, SPEEDS, class_of
 from docs.pages import read_json
 from solver import PHYSICS_VERSION
 from studies import materials
-from studies.cases.rows import Row, at_least, at_most, equal, relative
 from studies.cubes import cube
 from studies.cubes.models import BASE, STORED, classes, stored_failures, stored_shares
 from studies.quantities.measured import Measured
 from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS, FAILURE, STRENGTH, THROWN_OUT
 from tests.cases.cubes import result_of
+from tests.claims.rows import Row, at_least, at_most, equal, relative
 from tests.studies.support import fakes
 
 SPEED = SPEEDS.index(5e3)

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 
 from solver.errors import WhippleError
-from studies.cases.rows import Row, at_most, equal, relative
-from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, numerical_parts
 from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.execution import HOTTEST_SHARE_FLAG
 from tests.cases.cubes import result_of
+from tests.cases.verification.conservation import CELLS_PER_DIAMETER
+from tests.claims.rows import Row, at_most, equal, relative
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25
 SPEEDS = (2e3, 4e3, 6e3)  # m/s

@@ -8,12 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studies.cases.rows import Row, at_most, equal, relative
 from studies.plugs.curve import fitted_curve
 from studies.plugs.section import FittedConstant
 from studies.runs.results import RunResult
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
 from tests.cases.cubes import result_of
+from tests.claims.rows import Row, at_most, equal, relative
 
 DIAMETER = 20e-3  # m
 # The seed (Zhang, Qiang and Gao): 285.4 m/s and a gap of 2 mm; contact at 7 us, the plug free at 120 us.

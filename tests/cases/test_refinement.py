@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import Row, absolute, at_most
 from studies.cubes.points import Refined, refined
 from studies.quantities.display import display_of
 from studies.scenarios import load
 from tests.cases.cubes import computed
+from tests.claims.rows import Row, absolute, at_most
 
 GRIDS, OFFSETS, FINER = [16, 24, 32], 3, 64  # cells across the projectile
 # Share of the value: the difference to which a report calls a law close (docs/report.md). A wider bar holds anything.

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from studies import materials
-from studies.cases.rows import Row, equal
-from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
+from tests.cases.verification.conservation import CELLS_PER_DIAMETER
+from tests.claims.rows import Row, equal
 
 MEASURED_SHARE = 0.98
 ORDINARY_SPEEDS = (2e3, 7e3)  # m/s

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from studies import scenarios
-from studies.cases.rows import Row, at_least, at_most
 from studies.quantities.measured import Measured
 from tests.cases.cubes import result_of
 from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
+from tests.claims.rows import Row, at_least, at_most
 
 # Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
 SEEDS, RUNS = (20261122, 101, 102), 40

@@ -20,7 +20,6 @@ from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from solver.state import MASS
 from studies import materials, measurements
-from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.cubes import cube
 from studies.measurements.wall import wall_of
 from studies.outcomes.shots import outcomes_of
@@ -34,6 +33,7 @@ from studies.scenarios.parts.impact import ImpactSetting
 from studies.scenarios.whipple_shield import WhippleShield
 from studies.sweeps.search import outcome_in
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from tests.studies.runs.solved import after
 
 # A sphere of aluminium at a shield like those of the published shots.

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from studies.cases.rows import Row
-from studies.cases.verification import DEFAULT, plate_impact
+from tests.cases.verification import DEFAULT, plate_impact
+from tests.claims.rows import Row
 
 # Numerics beside the default recipe, which the case plate-impact-all gates. GIMP is gated with the numerics with which
 # it would be used. With two particles and the base's viscosity B-splines miss shock speeds and densities, of lead and

@@ -11,7 +11,6 @@ from scipy.stats import binomtest
 
 import whipple
 from studies import materials
-from studies.cases.rows import absolute, at_least, at_most, equal, reported
 from studies.cubes.reading import open_cube
 from studies.fits.calibration.design import box_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
@@ -20,6 +19,7 @@ from studies.fits.calibration.prediction import LEVEL, chances, leave_series_out
 from studies.fits.calibration.shots import read_shots
 from studies.observations.compared import ratio, stored
 from studies.sweeps.reading import published_shots
+from tests.claims.rows import absolute, at_least, at_most, equal, reported
 
 HOUSE, JOHNSON_COOK = "House (1989)", "Johnson and Cook (1983); Zerilli and Armstrong (1987)"
 WITHIN = 0.05  # of the share of the shots that intervals at 90 % are to hold

@@ -16,11 +16,11 @@ from solver.matter.stress import PointState, advance
 from solver.problem import ArtificialViscosity
 from solver.simulation import start
 from studies import materials
-from studies.cases.rows import Row, absolute, at_most, equal, relative
 from studies.materials import Material
 from studies.scenarios.parts.matter import Fracture, matter
 from tests.cases.test_spall import CALM, ENERGY, FIRST, METALS, TENTH, pulled_bar
 from tests.claims.marked import claimed
+from tests.claims.rows import Row, absolute, at_most, equal, relative
 
 VOIDS = Fracture(failure="void-growth")
 STEPS = 1600  # until the voids link

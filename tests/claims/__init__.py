@@ -2,7 +2,7 @@
 
 A claim is a sentence with a test that computes the answer anew, with the project's own code, and compares it with exact
 or published numbers; it never reads an answer that an earlier run stored. ``tests.claims.marked`` says how a test
-becomes one; a verification case is one by itself. A figure with ``passed=None`` is reported and not gated.
+becomes one. A figure with ``passed=None`` is reported and not gated.
 
 ::
 

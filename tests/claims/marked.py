@@ -24,7 +24,7 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import Row, Verified, equal
+from tests.claims.rows import Row, Verified, equal
 
 TESTS = Path(__file__).parents[1]
 ROWS = pytest.StashKey[list[Verified]]()

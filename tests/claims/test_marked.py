@@ -10,7 +10,7 @@ from tests.claims.__main__ import main
 
 TESTS = '''
 import pytest
-from studies.cases.rows import Row, equal
+from tests.claims.rows import Row, equal
 
 @pytest.mark.claim("new", "holds")
 def test_holds(compared):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
 from tests.claims.removal import Tried, without
+from tests.claims.rows import equal
 from tests.contracts.features import features
 
 

@@ -20,7 +20,6 @@ FILES = {
     "shape functions": "shape",
     "rule of tension": "tension",
     "equation of state": "eos",
-    "verification case": "case",
     "validation case": "published",
     "material": "alloy",
 }
@@ -64,8 +63,8 @@ def identities() -> dict[str, str]:
 
 
 def use(folder: Path) -> dict[str, Any]:
-    """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
-    from studies.cases import validation, verification
+    """Expand the sweep, compute it, make its cube, and compare the added case; figures as plain objects."""
+    from studies.cases import validation
     from studies.cubes import cube
     from studies.materials import load
     from studies.runs.execution import execute
@@ -88,7 +87,6 @@ def use(folder: Path) -> dict[str, Any]:
         "attached share": dataset.attached_share.values.tolist(),
         "law": dataset.hole_diameter_by_law.sel(hole_diameter_law="proportional").values.tolist(),
         "material": load("alloy").sound_speed,
-        "case": [row.row.passed for row in verification.verify(["murnaghan"])],
         "published": [row.passed for row in validation.load("attached").rows("quick", {"added": dataset})],
     }
 
@@ -155,8 +153,7 @@ def test_sweep__computes_with_every_added_member_and_its_constants(used: dict[st
     assert used["law"] == [[pytest.approx(12e-3)] * 2] * 2
 
 
-def test_cases__are_found_by_their_names(used: dict[str, Any]) -> None:
-    assert used["case"] == [True]
+def test_case__is_found_by_its_name(used: dict[str, Any]) -> None:
     assert used["published"] == [True]
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from studies.answers import examples
-from studies.cases.rows import at_most, equal
+from tests.claims.rows import at_most, equal
 from tests.contracts.features import ROOT, features
 from tests.contracts.test_way import SWEEP
 from tests.crash.support.serving import serving

@@ -10,11 +10,11 @@ import pytest
 
 from solver import steppers
 from studies import scenarios
-from studies.cases.rows import Row, equal
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, declared
 from studies.runs.run import Run
 from tests import samples
+from tests.claims.rows import Row, equal
 from tests.contracts.test_scenarios import asked, built, given_of
 from tests.solver.bodies import after
 

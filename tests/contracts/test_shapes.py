@@ -20,8 +20,8 @@ from solver.registry import entries
 from solver.state import Particles, X, empty_table, views
 from solver.steps.space import PACK, find_nodes, gather, new_pack, velocity_gradient
 from solver.vectors import LANES, first_lanes, load, store
-from studies.cases.rows import Row, at_most, equal
 from tests.claims.marked import claimed
+from tests.claims.rows import Row, at_most, equal
 from tests.solver.bodies import DENSITY, SPACING, SYMMETRIC, Stencil, block, box, stencil, tabulated
 
 SHAPES = entries("solver.grid.shapes", "SHAPE")

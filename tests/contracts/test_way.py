@@ -21,7 +21,7 @@ from fastapi.testclient import TestClient
 from service.api.app import open_service
 from service.cli.local import start_engine
 from service.settings import Settings
-from studies.cases.rows import at_most, equal
+from tests.claims.rows import at_most, equal
 from tests.contracts.features import ROOT
 from tests.service.support.fakes import wait_until
 

@@ -13,11 +13,11 @@ from playwright.sync_api import Browser, Page, expect
 from service.settings import Settings
 from service.store import Store
 from studies import materials
-from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, equal
 from tests.crash.support.browser import BEYOND, CUT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
 from tests.crash.support.serving import ROOT, Service, http, serving
 

@@ -18,8 +18,8 @@ from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import Keep, State
 from service.settings import Settings
-from studies.cases.rows import Row, at_least, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.object_store import URL, ObjectStore, object_store

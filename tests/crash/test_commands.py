@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support.blocks import LONG, NEEDED, Reader, blocks_of, cloned, surroundings
 from tests.crash.support.serving import ROOT
 from tests.docs.test_makefile import TARGETS

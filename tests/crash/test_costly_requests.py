@@ -17,8 +17,8 @@ from service.api import middleware
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
-from studies.cases.rows import Row, absolute, at_least, at_most, equal
 from tests.claims.marked import Compared, in_full
+from tests.claims.rows import Row, absolute, at_least, at_most, equal
 from tests.crash.support import altered_serve, clients
 from tests.crash.support.clients import LivenessProbe, probing
 from tests.crash.support.costly_bodies import BODIES, CostlyBody

@@ -13,12 +13,12 @@ import xarray as xr
 
 import whipple
 from service.cli.commands.computing import DEMO
-from studies.cases.rows import Row, at_least, at_most, equal
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, at_most, equal
 from tests.crash.support.serving import ROOT
 
 FINE, NEAR = 64, 0.03  # cells across the projectile; share of the hole on them

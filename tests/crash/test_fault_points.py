@@ -18,9 +18,9 @@ import yaml
 from service.files.artifacts import Artifacts, digest
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
-from studies.cases.rows import equal
 from studies.quantities.files import RESULT, SWEEP_FILES
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE

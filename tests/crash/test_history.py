@@ -20,8 +20,8 @@ from service.queue import data_identity as identity
 from service.records.jobs import Scope, Scrub
 from service.settings import Settings
 from service.store import Store
-from studies.cases.rows import Row, at_most, equal, reported
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_most, equal, reported
 from tests.crash.support.crash_test import Work
 from tests.crash.support.serving import ROOT, Service, process_tree
 from tests.service.support import history

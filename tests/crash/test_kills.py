@@ -11,9 +11,9 @@ import yaml
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, State
-from studies.cases.rows import at_least, equal
 from studies.quantities.files import SWEEP_FILES
 from tests.claims.marked import Compared
+from tests.claims.rows import at_least, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import KillMoment, Victim

@@ -9,8 +9,8 @@ from playwright.sync_api import expect
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import http, serving
 from tests.service.support.api import SWEEP, open_api, served

@@ -15,8 +15,8 @@ import pytest
 import xarray
 
 from service.files.artifacts import digest
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, is_long, new_environment, surroundings
 from tests.crash.support.browser import CUT, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import ROOT

@@ -14,8 +14,8 @@ import httpx
 import pytest
 
 from service.client.client import Client
-from studies.cases.rows import Row, at_least, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.round_robin import round_robin

@@ -18,8 +18,8 @@ from service.records.jobs import Keep, Scope
 from service.settings import Settings
 from service.store import Store
 from studies import observations
-from studies.cases.rows import Row, at_least, at_most, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, at_most, equal
 from tests.crash.support.crowd import answers_of, crowd
 from tests.crash.support.serving import Service
 from tests.service.support.api import SWEEP, every_route, sweep_of

@@ -15,8 +15,8 @@ import httpx
 import pytest
 
 from service.records.jobs import State
-from studies.cases.rows import Row, at_most, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_most, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.serving import Service, http

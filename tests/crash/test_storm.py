@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from service.records.jobs import State
-from studies.cases.rows import Row, equal
 from tests.claims.marked import Compared, in_full
+from tests.claims.rows import Row, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import KillMoment, Victim

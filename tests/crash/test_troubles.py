@@ -18,9 +18,9 @@ import pytest
 import xarray as xr
 
 from service.records.jobs import Cause
-from studies.cases.rows import Row, equal
 from studies.quantities.files import write_text
 from tests.claims.marked import Compared, in_full
+from tests.claims.rows import Row, equal
 from tests.crash.support import inspection
 from tests.crash.support.altered_serve import BRIEF
 from tests.crash.support.chained import FAILING

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from solver import PHYSICS_VERSION
-from studies.cases.rows import equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.crash.support.serving import ROOT, Service, http
 from tests.service.support.fakes import wait_until
 

@@ -10,10 +10,10 @@ import pytest
 from docs import mesh_fit
 from docs.mesh_fit import FEWEST_SERIES, GROUPS, HELD, Shot, experience_of, fit, left_out
 from docs.pages import mesh_error as ensemble
-from studies.cases.rows import Row, at_least, at_most, equal, relative
 from studies.convergence import experience
 from studies.convergence.experience import Experience, MeshModel
 from tests.claims.marked import Compared
+from tests.claims.rows import Row, at_least, at_most, equal, relative
 
 KNOWN = sorted(experience.stored())
 WIDEST_RATIO = 4.0  # median of the bar over the error

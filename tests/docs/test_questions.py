@@ -13,13 +13,13 @@ from docs.pages import DOCS, read_json, simulated_shields
 from studies import laws
 from studies.answers.answer import answers
 from studies.answers.question import read_question
-from studies.cases.rows import equal
 from studies.shields.shots import joined
 from studies.shields.shots.drawn import SimulationKind, failures_found
 from studies.shields.shots.judged import equations, judge
 from studies.shields.shots.table import published
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import claimed
+from tests.claims.rows import equal
 
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 

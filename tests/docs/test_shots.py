@@ -8,7 +8,7 @@ import pytest
 from docs.pages import shots
 from solver import PHYSICS_VERSION
 from studies import measurements
-from studies.cases.rows import Row, equal, relative
+from tests.claims.rows import Row, equal, relative
 
 # An estimate: processors compute other bits, which matter that breaks up makes larger.
 SAME = 2e-3

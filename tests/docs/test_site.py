@@ -9,7 +9,8 @@ import pytest
 from docs.pages import DOCS, made
 from docs.pages.measurements import SCENARIOS
 from studies import measurements as measured
-from studies.cases import validation, verification
+from studies.cases import validation
+from tests.cases import verification
 from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
 
 ROOT = DOCS.parent
@@ -69,11 +70,11 @@ def test_made_pages__are_built_and_not_in_git(site: Path) -> None:
 
 
 def test_made_pages__of_cases_have_every_case_and_its_pictures(site: Path) -> None:
-    for kind, package in (("verification", verification), ("validation", validation)):
+    for kind, names in (("verification", verification.cases()), ("validation", validation.names())):
         cases = {page.stem for page in (site / kind).glob("*.html")}
         text = (site / f"{kind}.html").read_text(encoding="utf-8")
         assert cases
-        assert all(name in cases or f"<code>{name}</code>" in text for name in package.names()), kind
+        assert all(name in cases or f"<code>{name}</code>" in text for name in names), kind
     for page in site.rglob("*.html"):
         for picture in PICTURE.findall(page.read_text(encoding="utf-8")):
             assert (page.parent / picture).is_file(), (page.name, picture)

@@ -18,7 +18,7 @@ import pytest
 from solver import jit
 from solver.jit import kernel
 from solver.state import Particles
-from studies.cases.rows import Row, equal
+from tests.claims.rows import Row, equal
 from tests.solver.bodies import after, two_blocks
 
 ROOT = Path(__file__).parents[2]

@@ -18,9 +18,9 @@ from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity
 from solver.simulation import start
-from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
-from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.quantities.numerical_defaults import RECIPES
+from tests.cases.verification.chapman_jouguet import bar, explosive
+from tests.cases.verification.solutions.detonation import TNT, Isentrope, chapman_jouguet
 from tests.contracts.test_eos import made, pressure, shock
 from tests.solver.bodies import DENSITY, ROOM, SOUND_SPEED, SPACING, real_copper
 

@@ -1,4 +1,4 @@
-"""Validation: published problems, computed as ordinary sweeps, with the numbers of experiments and other codes beside.
+"""Published problems, computed as ordinary sweeps, with the numbers of experiments and other codes beside.
 
 How to add one: a module here that offers a ``ValidationCase`` as ``CASE``, and beside it a CSV file of its name with
 the published numbers. ``sweeps`` gives the documents of a level:
@@ -8,31 +8,32 @@ with the table; its tolerances are stated before a run and belong to the mesh of
 agreement is its mesh, so that the converged value stands beside it as a report. Nothing is tuned.
 
 The table has the columns ``by`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
-parameters and the quantities, with their units in the header (``studies.observations``). ``whipple validate`` computes
-cases beside those of ``studies.cases.verification``; ``studies.cases.compared`` makes rows of a cube. Each case is a
-claim of ``tests/claims`` by its own sentence.
+parameters and the quantities, with their units in the header (``studies.observations``). ``studies.cases.compared``
+makes comparisons of a cube. Each case is a claim by its own sentence (``tests/studies/cases/test_published.py``).
 """
 
 import csv
 import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Literal, get_args
 
+import xarray as xr
+
+from solver.errors import WhippleError
 from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.compared import Picture, PublishedNumber
-from studies.cases.rows import Row
+from studies.cases.comparison import Comparison
 from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.reading import published_shots, vocabulary
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ValidationLevel = Literal["quick", "thesis", "fine"]
 LEVELS: tuple[ValidationLevel, ...] = get_args(ValidationLevel)
-Cubes = Mapping[str, "xr.Dataset"]  # by the names of a case's sweeps
+Cubes = Mapping[str, xr.Dataset]  # by the names of a case's sweeps
+Document = Mapping[str, Plain]  # of a sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,13 +43,20 @@ class ValidationCase:
     name: str
     says: str  # the sentence that its rows prove
     source: str
-    sweeps: Callable[[ValidationLevel], Mapping[str, Mapping[str, Any]]]  # documents by name
-    rows: Callable[[ValidationLevel, Cubes], Iterable[Row]]
+    sweeps: Callable[[ValidationLevel], Mapping[str, Document]]  # documents by name
+    rows: Callable[[ValidationLevel, Cubes], Iterable[Comparison]]
     pictures: Callable[[Cubes], Iterable[Picture]] = lambda cubes: ()
 
-    def documents(self, level: ValidationLevel) -> dict[str, dict[str, Any]]:
+    def documents(self, level: ValidationLevel) -> Mapping[str, Document]:
         """Its sweeps by name, each with its own name in the document."""
         return {name: {"name": name, **document} for name, document in self.sweeps(level).items()}
+
+    def compared(self, level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
+        """Its comparisons one after the other; an error of the solver is one that failed."""
+        try:
+            yield from self.rows(level, cubes)
+        except WhippleError as error:
+            yield Comparison(self.says, "no error", f"{type(error).__name__}: {error}", passed=False)
 
 
 def names() -> list[str]:

@@ -5,11 +5,10 @@ The shots themselves are in no open source, so that their fit stands for them.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.rows import Row, relative
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.cases.comparison import Comparison, relative
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
 from studies.laws.maiden_al import hole_ratio
 
 DIAMETER = 10.0  # mm
@@ -23,7 +22,7 @@ QUICK = 16  # the least that a projectile is resolved with
 SHARE, FROM = 0.15, 5e3
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     quick = level == "quick"
     thicknesses, speeds = (THICKNESSES[1:], SPEEDS[1:]) if quick else (THICKNESSES, SPEEDS)
     return {
@@ -40,7 +39,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     cube = cubes["holes"]
     for thickness in cube.plate_thickness.values:
         for speed in cube.speed.values:

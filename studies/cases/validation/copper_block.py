@@ -15,9 +15,9 @@ thesis are of 45 us.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from studies.cases.compared import (
     ComparedReading,
@@ -29,15 +29,17 @@ from studies.cases.compared import (
     grids_of,
     kinetic_energy,
 )
-from studies.cases.rows import Row, at_most, reported
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of, of_observations
+from studies.cases.comparison import Comparison, at_most, reported
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of, of_observations
 from studies.fits.fit import fit, forms_of
+from studies.fits.forms import Form
 from studies.fits.measured import MeasuredShots, of_table
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 
 CELL = 1e-3  # m, of the thesis
 MESH = "cells of 1 mm"
-FIXED = {
+FIXED: Document = {
     "projectile": "copper-thesis-plastic",
     "target": "copper-thesis-plastic",
     "recipe": "thesis",
@@ -51,7 +53,7 @@ FIXED = {
 REFINED = (1.0, 2.0, 4.0)  # of the fine level, cells of the thesis over the cells
 
 
-def _craters(level: ValidationLevel, diameter: float, end_time: str, **fixed: Any) -> dict[str, Any]:
+def _craters(level: ValidationLevel, diameter: float, end_time: str, **fixed: Plain) -> Document:
     """Parameters and resolutions of a crater at a level: a body of revolution, or the thesis' half model."""
     cells = diameter / CELL
     return {
@@ -79,14 +81,14 @@ RISE = 1e-9  # of the kinetic energy, over the initial one: round-off of its sum
 CONTACTS = {"none": "no contact", "bardenhagen": "contact", "thesis": "contact by the printed criterion"}
 
 
-def _contact_sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _contact_sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     crater = _craters(level, SPHERE, "32 us", speed="6 km/s")
     title = "Crater of a copper sphere of 0.5 g at 6 km/s: Ma (2005), Table 3.3"
     contacts = list(CONTACTS)[:2] if level == "quick" else list(CONTACTS)
     return {"contact": {"title": title, "axes": {"contact": contacts}, **crater}}
 
 
-def _contact_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _contact_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     cube, numbers = cubes["contact"], numbers_of("table_3_3", "thick_plate")
     contacts = {str(contact): CONTACTS[str(contact)] for contact in cube.contact.values}
     mesh = (round_quantity(SPHERE / CELL), MESH)
@@ -107,7 +109,7 @@ def _contact_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
             )
 
 
-def _runs(cubes: Cubes, contact: str) -> Iterator[tuple[str, Any]]:
+def _runs(cubes: Cubes, contact: str) -> Iterator[tuple[str, xr.Dataset]]:
     """The runs with or without contact, coarse to fine, with the size of their cells in words."""
     for cells, run in grids_of(cubes["contact"].sel(contact=contact)):
         yield f"cells of {1e3 * SPHERE / cells:.3g} mm", run
@@ -133,7 +135,7 @@ WITHIN = {"crater_depth": 2.0, "crater_diameter": 3.0}  # mm
 FORMS = ("linear", "power")
 
 
-def _speed_sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _speed_sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     shape = {"projectile_shape": "cylinder", "projectile_length": "4 mm"}
     crater = _craters(level, CYLINDER, "45 us", **shape)
     speeds = [f"{speed} km/s" for speed in (4, 5, 6, 7)]
@@ -145,7 +147,7 @@ def _numbers() -> list[PublishedNumber]:
     return of_observations("craters-thesis", "thick_plate", THESIS)
 
 
-def _speed_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _speed_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     cube, numbers = cubes["craters"], _numbers()
     for name, within in WITHIN.items():
         for speed in cube.speed.values:
@@ -156,7 +158,7 @@ def _speed_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     yield from _fits(cubes)
 
 
-def _fits(cubes: Cubes) -> Iterator[Row]:
+def _fits(cubes: Cubes) -> Iterator[Comparison]:
     """Line and power through the published points and through ours, with the root of the mean square; mm, km/s."""
     for published in of_table("craters-thesis", list(WITHIN)):
         for form in forms_of(published.quantity):
@@ -164,7 +166,7 @@ def _fits(cubes: Cubes) -> Iterator[Row]:
                 texts = [_fitted(each, form) for each in (published, _ours(cubes, published))]
                 words = published.quantity.replace("_", " ")
                 claim = f"{words}, {form.equation.replace('y/d', 'y')}; y in mm (rms in mm)"
-                yield Row(claim, texts[0], texts[1], None)
+                yield Comparison(claim, texts[0], texts[1], None)
 
 
 def _ours(cubes: Cubes, published: MeasuredShots) -> MeasuredShots:
@@ -176,7 +178,7 @@ def _ours(cubes: Cubes, published: MeasuredShots) -> MeasuredShots:
     return replace(published, values=np.array(values), errors=None)
 
 
-def _fitted(measured: MeasuredShots, form: Any) -> str:
+def _fitted(measured: MeasuredShots, form: Form) -> str:
     if not np.isfinite(measured.values).all():
         return "a point has no value"
     fitted = fit(measured, form)

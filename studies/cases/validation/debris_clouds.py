@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+
+import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, against, grids_of
-from studies.cases.rows import Row, at_most
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.cases.comparison import Comparison, at_most
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
 
 DIAMETER = 8e-3  # m
 DENSITY = 8930.0  # kg/m3
@@ -20,7 +21,7 @@ PHOTOGRAPH = "photograph"
 SHAPES = ("cloud_length_over_diameter", "cloud_radius", "rear_velocity", "melted_share_behind")
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
     speeds = (2, 6) if level == "quick" else (2, 4, 6, 8)
     plates = {"speeds": ("2 mm", [f"{speed} km/s" for speed in speeds]), PHOTOGRAPH: ("3 mm", ["6.6 km/s"])}
@@ -38,7 +39,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     for name, cube in cubes.items():
         plate = f"plate of {1e3 * float(cube.plate_thickness):g} mm"
         for speed in cube.speed.values:
@@ -53,10 +54,10 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
                 reading = ComparedReading(cube, quantity, at)
                 value, bar = reading.best
                 place = f"{where}, {reading.convergence}" if reading.is_refined else where
-                yield Row(f"{place}: {reading.label}", "", value, None, bar=bar)
+                yield Comparison(f"{place}: {reading.label}", "", value, None, bar=bar)
 
 
-def _balances(where: str, cube: Any, at: Mapping[str, float]) -> Iterator[Row]:
+def _balances(where: str, cube: xr.Dataset, at: Mapping[str, float]) -> Iterator[Comparison]:
     """Axial momentum of all matter, on each grid: that of the projectile."""
     momentum = math.pi / 6.0 * DIAMETER**3 * DENSITY * at["speed"]
     for cells, run in grids_of(cube.sel(at)):

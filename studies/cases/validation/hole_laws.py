@@ -9,14 +9,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from operator import itemgetter
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from studies import laws
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.rows import Row, equal, reported
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.cases.comparison import Comparison, reported
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
 from studies.cases.validation._trends import AxisOfSweep, Slope, trend_of
 from studies.cubes.points import points_of
 from studies.quantities.display import decimals, signed
@@ -51,7 +51,7 @@ class HoleSeries:
 
     material: str
     ratio: float  # t/d
-    cubes: tuple[Any, ...]  # of its sweeps
+    cubes: tuple[xr.Dataset, ...]  # of its sweeps
 
     @property
     def readings(self) -> list[ComparedReading]:
@@ -60,7 +60,7 @@ class HoleSeries:
         return [ComparedReading(cube, QUANTITY, {"speed": speed}) for cube, speed in sorted(places, key=itemgetter(1))]
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     if level == "quick":
         return {f"copper-{r:g}": _sweep("copper", r, v, THROUGH[:1]) for r, v in QUICK.items()}
     sweeps = {}
@@ -74,7 +74,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     return sweeps
 
 
-def _sweep(material: str, ratio: float, speeds: Sequence[float], through: Sequence[int]) -> Mapping[str, Any]:
+def _sweep(material: str, ratio: float, speeds: Sequence[float], through: Sequence[int]) -> Document:
     cells = [each / ratio for each in through]
     return {
         "title": f"Holes in {material}, t/d = {ratio:g}",
@@ -91,7 +91,7 @@ def _sweep(material: str, ratio: float, speeds: Sequence[float], through: Sequen
 
 
 def _series(cubes: Cubes, material: str) -> list[HoleSeries]:
-    by_ratio: dict[float, list[Any]] = {}
+    by_ratio: dict[float, list[xr.Dataset]] = {}
     for name, cube in cubes.items():
         whose, *_, ratio = name.split("-")
         if whose == material:
@@ -99,7 +99,7 @@ def _series(cubes: Cubes, material: str) -> list[HoleSeries]:
     return [HoleSeries(material, ratio, tuple(own)) for ratio, own in by_ratio.items()]
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     for material in MATERIALS:
         series = _series(cubes, material)
         if not series:
@@ -107,15 +107,13 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
         for each in series:
             yield from _of_holes(each)
         subjects = _pooled(series)
-        yield equal(
-            f"{material}: laws of holes with a verdict, or with the reason why there is none",
-            expected=len(laws.answering(QUANTITY)),
-            got=len({subject.name.partition("/")[0] for subject in subjects}),
-        )
+        known, told = len(laws.answering(QUANTITY)), len({subject.law.partition("/")[0] for subject in subjects})
+        claim = f"{material}: laws of holes with a verdict, or with the reason why there is none"
+        yield Comparison(claim, known, told, passed=told == known)
         yield from (_of_law(material, subject) for subject in subjects)
 
 
-def _of_holes(series: HoleSeries) -> Iterator[Row]:
+def _of_holes(series: HoleSeries) -> Iterator[Comparison]:
     """Holes over the speed, and what the last refinement changed."""
     where = f"{series.material}, t/d = {series.ratio:g}"
     holes = [reading.point for reading in series.readings]
@@ -126,7 +124,7 @@ def _of_holes(series: HoleSeries) -> Iterator[Row]:
     listed = ", ".join(reading.text for reading in series.readings)
     speeds = ", ".join(f"{reading.at['speed'] / 1e3:g}" for reading in series.readings)  # type: ignore[operator]
     claim = f"{where}: hole diameter (mm) at {speeds} km/s"
-    yield Row(claim, "grows", listed, grow)
+    yield Comparison(claim, "grows", listed, grow)
     by_grids: dict[tuple[str, ...], list[ComparedReading]] = {}
     for reading in series.readings:
         if reading.is_refined:
@@ -155,7 +153,7 @@ def _pooled(series: Sequence[HoleSeries]) -> list[Judgement]:
     return list(pooled.values())
 
 
-def _of_law(material: str, subject: Judgement) -> Row:
+def _of_law(material: str, subject: Judgement) -> Comparison:
     """A law beside all holes: mean residual, trends with their intervals, outcomes by points, limits of its range."""
     judged = [point for point in subject.points if point.state == "judged"]
     residuals = np.array([point.difference for point in judged], float)
@@ -174,7 +172,7 @@ def _of_law(material: str, subject: Judgement) -> Row:
             beside[f"{state}: {reasons.total()}"] = "; ".join(reason for reason, _ in reasons.most_common(MOST_REASONS))
     claim = f"{material}: {subject.title}, mean of law minus hole (%)"
     got = 100.0 * float(residuals.mean()) if judged else "no judged point"
-    return Row(claim, "", got, None, others=beside)
+    return Comparison(claim, "", got, None, others=beside)
 
 
 def _slope(slope: Slope) -> str:

@@ -8,18 +8,17 @@ have no gate; that more melts at a higher speed has.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 from studies.cases.compared import ComparedReading, Picture, against, compared
-from studies.cases.rows import Row
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.comparison import Comparison
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "melted_share_projectile"
 SPEEDS, THICKNESSES = (6, 8, 10, 12), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm
 FINE, QUICK = [32 / 3, 16, 24], 10  # cells a diameter, each 1.5 times finer
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     thicknesses = THICKNESSES[1:2] if level == "quick" else THICKNESSES
     return {
         "melt": {
@@ -35,7 +34,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     cube, numbers = cubes["melt"], numbers_of("melted_projectile", "debris_cloud")
     for thickness in cube.plate_thickness.values:
         shares = []
@@ -50,7 +49,7 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
         rises = all(slow < fast for slow, fast in pairwise(shares))
         got = ", ".join(f"{share:.3g}" for share in shares)
         claim = f"bumper of {100 * thickness:g} diameters: melted share by speed"
-        yield Row(claim, "rises", got, rises)
+        yield Comparison(claim, "rises", got, rises)
 
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:

@@ -7,15 +7,16 @@ computed from dislocations and voids (Wilkerson and Ramesh 2016), those of 6061 
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from studies import materials
 from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber
-from studies.cases.rows import Row, equal, relative, zero
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, of_observations
+from studies.cases.comparison import Comparison, absolute, relative
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, of_observations
 from studies.quantities.display import decimals
+from studies.quantities.parameters import Plain
 from studies.scenarios.parts.matter import elastic_speed
 
 TABLE = "plate-impacts"
@@ -36,30 +37,32 @@ def shots() -> dict[str, PublishedNumber]:
     return {f"{each.shot.parameters['target']}-{each.at('speed'):g}": each for each in chosen}
 
 
-def document(number: PublishedNumber, cells: tuple[float, ...], failure: str = "spall-rate") -> dict[str, Any]:
+def document(
+    number: PublishedNumber, cells: tuple[float, ...], failure: str = "spall-rate", **fixed: Plain
+) -> Document:
     """The sweep of a shot on some grids."""
     shot = number.shot.parameters
     return {
         "title": f"Spall of {shot['target']}: {number.shot.source}",
         "scenario": "plate_impact",
         "fixed": {
-            "flyer": shot["flyer"],
-            "target": shot["target"],
+            "flyer": str(shot["flyer"]),
+            "target": str(shot["target"]),
             "speed": f"{number.at('speed'):g} m/s",
             **{name: f"{1e3 * number.at(name):.6g} mm" for name in ("flyer_thickness", "target_thickness")},
             "strength": "material",
             "failure": failure,
+            **fixed,
         },
         "axes": {CELLS: list(cells)},
     }
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     chosen = list(shots().items())
     if level == "quick":  # a shock that comes and goes, of matter that never breaks
         name, number = chosen[0]
-        made = document(number, GRIDS[level], "none")
-        return {name: {**made, "fixed": {**made["fixed"], "end_time": "0.8 us"}}}
+        return {name: document(number, GRIDS[level], "none", end_time="0.8 us")}
     return {
         _sweep_name(name, failure): document(number, GRIDS[level], failure)
         for failure in FAILURES
@@ -71,7 +74,7 @@ def _sweep_name(shot: str, failure: str) -> str:
     return shot if failure == FAILURES[0] else f"{shot}-{failure}"
 
 
-def _published(cubes: Cubes) -> Iterator[tuple[str, PublishedNumber, str, Any]]:
+def _published(cubes: Cubes) -> Iterator[tuple[str, PublishedNumber, str, xr.Dataset]]:
     """Of each cube: its name, the published number, the failure and the cube."""
     for (name, number), failure in product(shots().items(), FAILURES):
         sweep = _sweep_name(name, failure)
@@ -79,7 +82,7 @@ def _published(cubes: Cubes) -> Iterator[tuple[str, PublishedNumber, str, Any]]:
             yield sweep, number, failure, cubes[sweep]
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     for _, number, failure, cube in _published(cubes):
         for cells in map(float, cube[CELLS].values):
             with_failure = "" if level == "quick" else f", {failure}"
@@ -92,15 +95,15 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
                 within=PEAK,
             )
             drift = float(cube.audit_largest_energy_drift.sel({CELLS: cells}))
-            yield zero(f"{where}: drift of the total energy", got=drift, within=ENERGY)
+            yield absolute(f"{where}: drift of the total energy", expected=0.0, got=drift, within=ENERGY)
             if level == "quick":
                 pull = _read(cube, "pullback_velocity", cells)
-                yield equal(f"{where}: no pull-back without a failure", expected=True, got=math.isnan(pull))
+                yield Comparison(f"{where}: pull-back without a failure", "none", pull, passed=math.isnan(pull))
             else:
                 yield from _pulled(where, number, cube, cells)
 
 
-def _read(cube: Any, name: str, cells: float) -> float:
+def _read(cube: xr.Dataset, name: str, cells: float) -> float:
     """A measured quantity of a run, SI."""
     reading = ComparedReading(cube, name, {CELLS: cells})
     return reading.on() / reading.factor
@@ -110,11 +113,11 @@ def _words(number: PublishedNumber) -> str:
     return f"{number.shot.parameters['target']} at {number.at('speed'):g} m/s"
 
 
-def _pulled(where: str, number: PublishedNumber, cube: Any, cells: float) -> Iterator[Row]:
+def _pulled(where: str, number: PublishedNumber, cube: xr.Dataset, cells: float) -> Iterator[Comparison]:
     """Pull-back beside the two that the published strength may mean, and the strength itself."""
     pull = _read(cube, "pullback_velocity", cells)
     others = {f"experiment, by {by}": decimals(value, 4) for by, value in pullbacks(number).items()}
-    yield Row(f"{where}: pull-back (m/s)", "", pull, None, others=others)
+    yield Comparison(f"{where}: pull-back (m/s)", "", pull, None, others=others)
     expected, got = number.value / 1e9, _read(cube, "spall_strength", cells) / 1e9
     made = relative(f"{where}: spall strength (GPa)", expected=expected, got=got, within=STRENGTH)
     yield made.ungated(STRENGTH)
@@ -143,7 +146,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
         yield Picture(f"plate-spall-{name}", title, "time (us)", "velocity of the free surface (m/s)", tuple(lines))
 
 
-def _history(cube: Any, cells: float, least: float) -> Line:
+def _history(cube: xr.Dataset, cells: float, least: float) -> Line:
     """The velocity of the free surface (m/s) over time (us) on a grid, once it exceeds a least one."""
     run = cube.sel({CELLS: cells})
     time, velocity = run.history_time.values, run.free_surface_velocity_history.values

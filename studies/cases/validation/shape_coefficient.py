@@ -8,13 +8,14 @@ projectile which stays whole at 1 and 2 km/s fills its hole.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.rows import Row
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.comparison import Comparison
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.parameters import Plain
 
 QUANTITY = "crater_depth_over_diameter"
 DEEP, LIKE, SHALLOW = "steel-on-aluminium", "copper-on-copper", "aluminium-on-steel"
@@ -25,11 +26,11 @@ PAIRS = {
 }
 LIMIT = 0.5  # Ma (2005), section 1.2.1
 SPEEDS, QUICK = (1, 2, 4, 6, 8), (6,)  # km/s
-CELLS = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
+CELLS: Mapping[ValidationLevel, Plain] = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
 SMALL_BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     speeds = QUICK if level == "quick" else SPEEDS
     points = [(*pair, f"{speed} km/s") for pair in PAIRS.values() for speed in speeds]
     projectiles, targets, every_speed = (list(column) for column in zip(*points, strict=True))
@@ -49,14 +50,14 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _readings(cube: Any, name: str) -> list[ComparedReading]:
+def _readings(cube: xr.Dataset, name: str) -> list[ComparedReading]:
     """The craters of a pair, by speed."""
     projectile, target = PAIRS[name]
     pair = {"projectile": projectile, "target": target}
     return [ComparedReading(cube, QUANTITY, {**pair, "speed": float(speed)}) for speed in np.unique(cube.speed.values)]
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     readings = {name: _readings(cubes["craters"], name) for name in PAIRS}
     shapes = {name: [each.best[0] for each in mine] for name, mine in readings.items()}
     deep, like, shallow = (shapes[name] for name in PAIRS)
@@ -73,7 +74,7 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     for name, words, holds in expected:
         others = _beside() if name == LIKE else {}
         got = f"{_texts(readings[name])}: {sum(holds)} of {len(holds)} so"
-        yield Row(_claim(readings[name]), words, got, None, others=others)
+        yield Comparison(_claim(readings[name]), words, got, None, others=others)
 
 
 def _claim(readings: Sequence[ComparedReading]) -> str:

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 from studies.cases.compared import ComparedReading, Line, Picture, compared, grids_of
-from studies.cases.rows import Row, at_most, relative
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.comparison import Comparison, at_most, relative
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
 
 MATERIAL = "copper-thesis-taylor"
 # Ma (2005), Table 2.2, experiment of Johnson and Holmquist (1988): length, mushroom, width at 0.2 L, m.
@@ -29,7 +28,7 @@ ERRORS = {"FEM": 0.008, "MPM3D": 0.011}
 STEPS = {"FEM": 4657, "MPM3D": 408}
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     return {
         geometry: {
             "title": f"Taylor bar of copper at 190 m/s, {geometry}: Ma (2005), Table 2.2",
@@ -47,7 +46,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     numbers = numbers_of("taylor_bar", "taylor_bar")
     for geometry, cube in cubes.items():
         for name in MEASURED:
@@ -60,12 +59,12 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
             yield replace(row, others=ERRORS)
             drift = abs(float(run.audit_largest_energy_drift))
             yield at_most(f"{where}: drift of the total energy", limit=ENERGY_DRIFT, got=drift)
-            yield Row(f"{where}: steps (Table 2.3)", "", float(run.audit_steps), None, others=STEPS)
+            yield Comparison(f"{where}: steps (Table 2.3)", "", float(run.audit_steps), None, others=STEPS)
     if level != "quick":
         yield from _agreement(level, cubes)
 
 
-def _agreement(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _agreement(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     """The body of revolution against three dimensions, on the grids of both."""
     common = set.intersection(*map(set, GRIDS.values())) if level == "fine" else {THESIS}
     for cells in sorted(common):

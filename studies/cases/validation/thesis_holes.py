@@ -6,11 +6,12 @@ at high speed. Its mesh has two cells through the plate.
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+
+import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, against
-from studies.cases.rows import Row
-from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.comparison import Comparison
+from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
 
 DIAMETER = 8.0  # mm
 THESIS = 8  # cells per diameter
@@ -18,7 +19,7 @@ FINE = [8, 16, 32, 64]
 A, B, C = "maiden_al", "zhang_tan", "strength_ln"
 
 
-def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Document]:
     return {
         "holes": {
             "title": "Holes in a copper plate: Ma (2005), section 3.1.1",
@@ -44,7 +45,7 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
     cube, numbers = cubes["holes"], numbers_of("thesis_holes", "thin_plate")
     for speed in cube.speed.values:
         hole = ComparedReading(cube, "hole_diameter", {"speed": float(speed)})
@@ -57,14 +58,14 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
         expected = f"between {low:.3g} and {high:.3g}, laws A, B and C"
         claim = f"{where}, cells of 1 mm: {hole.label}"
         passed = bool(low <= got <= high)
-        yield Row(claim, expected, got, passed, others=answers | beside)
+        yield Comparison(claim, expected, got, passed, others=answers | beside)
         if hole.is_refined:
             got, bar, _ = hole.converged
             claim = f"{where}, {hole.convergence}: {hole.label}"
-            yield Row(claim, expected, got, None, bar=bar, others=answers | beside)
+            yield Comparison(claim, expected, got, None, bar=bar, others=answers | beside)
 
 
-def _answer(cube: Any, law: str, speed: float) -> float:
+def _answer(cube: xr.Dataset, law: str, speed: float) -> float:
     """The hole of a law at a speed, m, whatever its range; the smallest of its variants."""
     labels = [str(label) for label in cube.hole_diameter_law.values]
     places = [place for place, label in enumerate(labels) if label.startswith(law)]

@@ -53,13 +53,20 @@ TEXTS: Mapping[str, Mapping[str, Any]] = {
 @contextmanager
 def drawn_in_style() -> Iterator[None]:
     """Draw in the common style, and leave that of other drawings of the process as it is."""
-    with matplotlib.rc_context(_style()):
+    with matplotlib.rc_context(_style("report")):
+        yield
+
+
+@contextmanager
+def drawn_plainly() -> Iterator[None]:
+    """Draw in grey and colours that read on any paper, light or dark."""
+    with matplotlib.rc_context(_style("plain")):
         yield
 
 
 @cache
-def _style() -> matplotlib.RcParams:
-    return matplotlib.rc_params_from_file(Path(__file__).with_name("report.mplstyle"), use_default_template=False)
+def _style(name: str) -> matplotlib.RcParams:
+    return matplotlib.rc_params_from_file(Path(__file__).with_name(f"{name}.mplstyle"), use_default_template=False)
 
 
 def canvas(width: float, height: float, **options: Any) -> Figure:

@@ -41,7 +41,7 @@ def hugoniot(material: "Material") -> Hugoniot:
     """The Hugoniot of a material's equation of state, up to ``FASTEST``: e = p (V0 - V) / 2, and the jumps of
     Rankine and Hugoniot, up^2 = p (V0 - V), Us^2 = V0^2 p / (V0 - V) (Zel'dovich and Raizer 1966, chapter I).
 
-    Copper at a particle speed of 3 km/s: 225.22 GPa (``studies.cases.solutions.hugoniot``):
+    Copper at a particle speed of 3 km/s: 225.22 GPa:
 
     >>> from studies import materials
     >>> curve = hugoniot(materials.load("copper-ofhc"))

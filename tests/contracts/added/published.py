@@ -1,6 +1,6 @@
 """All of an added plate is attached, by a published number."""
 
-from studies.cases.rows import absolute
+from studies.cases.comparison import absolute
 from studies.cases.validation import ValidationCase
 
 

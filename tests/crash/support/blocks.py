@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import yaml
 
-from studies.cases.rows import Row
+from tests.claims.rows import Row
 from tests.crash.support.serving import ROOT
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import is_gone, wait_until

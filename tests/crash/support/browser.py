@@ -12,7 +12,7 @@ from typing import Any, Literal
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from studies.cases.rows import Row, at_most, equal
+from tests.claims.rows import Row, at_most, equal
 
 CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")
 FLAGS = (

@@ -18,9 +18,9 @@ from typing import Any
 from service.files.artifacts import Artifacts
 from service.records.jobs import StoreUnavailable
 from service.store import Store
-from studies.cases.rows import Row, equal
 from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, equal
 from tests.crash.support import inspection
 from tests.crash.support.faults import AttemptObserver, KillMoment, ObservedAttempt, Victim
 from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree, unmarked

@@ -15,8 +15,8 @@ from service.api.app import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.records.jobs import RunRow, State, Stored
 from service.store import Store
-from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import RESULT
+from tests.claims.rows import Row, at_least, equal
 from tests.service.store.test_races import check as nobody_waits_in_vain
 
 TEXT_KINDS = "OSU"  # of arrays; text in a part is as wide as the longest of the whole

@@ -13,8 +13,8 @@ import pytest
 from service.client.client import Client
 from service.client.connection import ServiceError, Unreachable
 from service.files.artifacts import digest
-from studies.cases.rows import at_most, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import at_most, equal
 from tests.service.support.api import ALL_RUNS, FILES, Api, served
 from tests.service.support.command import run
 

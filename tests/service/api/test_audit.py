@@ -17,8 +17,8 @@ from service.api.browsers import SAFE_METHODS
 from service.api.middleware import READS
 from service.records.jobs import AuditEntry, Scope
 from service.store.tables import AUDIT
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.api.test_keys import ELSEWHERE, NAME
 from tests.service.support.api import SWEEP, Api, every_route, open_api
 

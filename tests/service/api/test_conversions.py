@@ -24,13 +24,13 @@ from service.api.turns import Places, Turn
 from service.client.client import Client
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Kind, Lease, Stored
-from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, Api, served, sweep_of
 from tests.service.support.fakes import DEADLINE
 from tests.studies.runs.solved import asked

@@ -8,8 +8,8 @@ import pytest
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.middleware import Heads
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import Api, SameFile, every_route, served
 from tests.service.support.fakes import wait_until
 

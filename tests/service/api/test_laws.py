@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from service.api.routes.catalogue import QUESTION
-from studies.cases.rows import at_most
 from tests.claims.marked import Compared
+from tests.claims.rows import at_most
 from tests.service.support.api import Api
 
 ANSWER = 0.05  # s

@@ -23,8 +23,8 @@ from schemathesis.specs.openapi.checks import ensure_resource_availability, posi
 from service.api.app import build_app
 from service.records.jobs import Scope
 from service.settings import Settings
-from studies.cases.rows import at_least
 from tests.claims.marked import Compared
+from tests.claims.rows import at_least
 from tests.service.support.api import Api, SameFile, open_api, sweep_of
 from tests.service.support.fakes import issue_key
 

@@ -11,8 +11,8 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from service.api import readiness
 from service.records.jobs import Cause, StoreUnavailable
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import Api
 from tests.service.support.fakes import DEADLINE, failing
 

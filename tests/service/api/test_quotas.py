@@ -8,8 +8,8 @@ import pytest
 
 from service.client.client import Client
 from service.records.jobs import Keep, Scope
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 
 FREE = (1 << 30) + 100_000  # bytes, of which the reserve leaves little

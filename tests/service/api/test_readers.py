@@ -14,9 +14,9 @@ import pytest
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
 from service.api.reading import EstimatedSweep, Posted, ReadingLimits, estimated
-from studies.cases.rows import at_most
 from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared, claimed
+from tests.claims.rows import at_most
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
 
 Use = Callable[[Readers], Awaitable[Any]]

@@ -1,38 +1,36 @@
-"""``whipple validate``: rows, pages, and what it refuses."""
+"""``whipple validate``: rows, page, and what it refuses."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from service.cases import validation as validation_commands
-from studies.cases import rows
+from studies.cases import validation
+from studies.cases.comparison import relative
 from tests.service.support.command import run
 
 Capsys = pytest.CaptureFixture[str]
-
-
-def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
-    """Let a verification case give these figures where 1 within 0.5 is expected."""
-    compared = [rows.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
-    answers = [rows.Verified("similarity", row, 0.1) for row in compared]
-    monkeypatch.setattr(validation_commands, "verify", lambda _names: answers)
 
 
 @pytest.mark.parametrize(("figures", "status"), [((1.0, 1.1), 0), ((1.0, 1.6), 1)])
 def test_validate__of_a_case_prints_its_rows_and_writes_its_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, figures: tuple[float, ...], status: int
 ) -> None:
-    verified(monkeypatch, *figures)
-    assert run("validate", "similarity", "--out", tmp_path) == status
-    *lines, counts, pages = capsys.readouterr().out.splitlines()
-    assert [line.split(" | ")[0] for line in lines] == ["similarity"] * 2
+    rows = [relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
+    case = replace(validation.load("taylor-bar"), rows=lambda level, cubes: rows, pictures=lambda cubes: ())
+    monkeypatch.setattr(validation, "load", lambda name: case)
+    monkeypatch.setattr(validation_commands, "_computed", lambda *_: [(case, {})])
+    assert run("validate", "taylor-bar", "--out", tmp_path) == status
+    *lines, counts, page = capsys.readouterr().out.splitlines()
+    assert [line.split(" | ")[0] for line in lines] == ["taylor-bar"] * 2
     assert counts == f"{2 - status} passed, {status} failed, 0 reported"
-    assert pages == f"pages: {tmp_path / 'index.html'}"
-    assert counts in (tmp_path / "index.html").read_text()
+    assert page == f"page: {tmp_path / 'index.html'}"
+    text = (tmp_path / "index.html").read_text()
+    assert counts in text
     assert f"got {figures[1]:g}" in lines[1]
-    cells = re.findall(r"<td[^>]*>([^<]*)</td>", (tmp_path / "similarity.html").read_text())
-    assert f"{figures[1]:g}" in cells
+    assert f"{figures[1]:g}" in re.findall(r"<td[^>]*>([^<]*)</td>", text)
 
 
 def test_validate__refuses_what_it_does_not_have(tmp_path: Path, capsys: Capsys) -> None:

@@ -13,9 +13,9 @@ from service.cli.serve import _door_of_the_user, _warn_of_other_users
 from service.client.client import DEFAULT_URL, Client
 from service.files import SOCKET
 from service.settings import Settings
-from studies.cases.rows import equal
 from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, open_api, served
 from tests.service.support.command import run
 

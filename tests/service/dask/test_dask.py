@@ -23,8 +23,8 @@ from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended
 from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
-from studies.cases.rows import at_most
 from tests.claims.marked import Compared
+from tests.claims.rows import at_most
 from tests.service.support.cluster import (
     PRELOAD,
     ROOT,

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from service.pages.pages.asking import ORDER, SUBMIT
-from studies.cases.rows import at_most, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import at_most, equal
 from tests.service.pages.test_login import token_on
 from tests.service.support.api import Api, open_api
 from tests.service.support.command import run

@@ -12,9 +12,9 @@ import pytest
 from service.api.errors import PROBLEMS
 from service.api.routes.openapi import TAGS
 from service.records.jobs import Scope
-from studies.cases.rows import equal
 from studies.sweeps import examples
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, Api, SameFile, served, sweep_of
 
 PARTS = ["submit", "watch", "results", "runs", "catalogue", "keys", "operations"]

@@ -9,8 +9,8 @@ from service.records.jobs import Kind, State, Submission
 from service.store import Store
 from service.store.submission import accept
 from service.store.tables import JOBS, now
-from studies.cases.rows import at_most, equal
 from tests.claims.marked import Compared
+from tests.claims.rows import at_most, equal
 from tests.service.support.api import LARGE_SWEEPS, Api
 from tests.service.support.fakes import runs_of, sweep_of
 from tests.service.support.rows import statements

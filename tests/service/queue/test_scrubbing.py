@@ -17,8 +17,8 @@ from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepSta
 from service.store.publications import LOST, MOST_AT_ONCE
 from service.store.tables import OWNED_BYTES
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.fakes import DEADLINE, failing, runs_of
 from tests.service.support.harness import Harness, open_harness

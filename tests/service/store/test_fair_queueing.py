@@ -6,8 +6,8 @@ import pytest
 
 from service.records.jobs import Cause, Conflict, Keep, Kind, Quota, QuotaExceeded, State, Submission
 from service.store import Store
-from studies.cases.rows import equal
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
 

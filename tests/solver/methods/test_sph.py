@@ -14,7 +14,7 @@ from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Pr
 from solver.simulation import Simulation, start
 from solver.state import DENSITY as DENSITY_ROW
 from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
-from studies.cases.rows import Row, at_least, at_most
+from tests.claims.rows import Row, at_least, at_most
 from tests.solver.bodies import (
     DENSITY,
     FREE,

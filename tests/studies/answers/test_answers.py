@@ -10,10 +10,10 @@ import pytest
 from studies.answers.answer import answers, document
 from studies.answers.cube import cube_of
 from studies.answers.question import read_question
-from studies.cases.rows import equal
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
 from tests import samples
+from tests.claims.rows import equal
 
 PLATE = {
     "speed": "5.75 km/s",

@@ -1,20 +1,24 @@
 """Validation cases: sweeps of each level, published numbers, rows and pages."""
 
-from collections.abc import Callable, Mapping
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from studies.cases import validation, verification
+from solver.errors import ProblemError
+from studies.cases import validation
 from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber, against, compared
-from studies.cases.pages import draw, write_case, write_index
-from studies.cases.rows import Row, Verified, reported
+from studies.cases.comparison import Comparison, absolute, at_most, relative, reported
+from studies.cases.pages import ComputedCase, draw, write_page
 from studies.cases.validation import LEVELS, ValidationCase
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
 
+NAN = math.nan
 CELLS = (5.0, 10.0, 20.0)
 
 
@@ -23,7 +27,6 @@ def test_case__has_sweeps_at_each_level(name: str) -> None:
     case = validation.load(name)
     assert case.says
     assert case.source
-    assert name not in verification.names()
     for level in LEVELS:
         sizes = [Sweep.parse(document).size for document in case.documents(level).values()]
         assert sizes
@@ -41,7 +44,7 @@ def numbers() -> list[PublishedNumber]:
     return validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
 
 
-def rows_of(cube: Any, speed: float) -> list[Row]:
+def rows_of(cube: Any, speed: float) -> list[Comparison]:
     quantity = ComparedReading(cube, "crater_depth", {"speed": speed})
     there = [each for each in numbers() if each.at("speed") == speed]
     return list(compared("there", quantity, there, "MPM3D", mesh=(5.0, "1 mm"), within=0.5))
@@ -49,9 +52,11 @@ def rows_of(cube: Any, speed: float) -> list[Row]:
 
 def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: Any) -> None:
     own, converged = rows_of(cube, 5e3)
-    assert (own.verdict, own.expected, own.got) == ("PASS", 14.0, pytest.approx(14.0))
+    assert (own.verdict, own.expected) == ("PASS", 14.0)
+    assert own.got == pytest.approx(14.0)
     assert converged.verdict == "REPORT"
     assert converged.got == pytest.approx(15.875)  # on 20 cells
+    assert isinstance(converged.got, float)
     assert converged.bar is not None
     assert 16.0 - converged.got < converged.bar < 0.5
     assert rows_of(cube, 6e3)[0].verdict == "FAIL"
@@ -83,19 +88,22 @@ def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
     assert depth == pytest.approx(15.875)
 
 
-def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:
-    picture = Picture("depth", "Depth", "v", "p", (Line("a<b", ((1.0, 2.0, 0.1),)),))
-    case = ValidationCase(
+def made_up(rows: Callable[[], Iterable[Comparison]], *pictures: Picture) -> ValidationCase:
+    return ValidationCase(
         name="made-up",
         says="a < b",
         source="nobody",
         sweeps=lambda level: {},
-        rows=lambda level, cubes: (),
-        pictures=lambda cubes: [picture],
+        rows=lambda level, cubes: rows(),
+        pictures=lambda cubes: pictures,
     )
-    row = Row("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
-    rows = [Verified("made-up", row, 0.1), Verified("made-up", reported("more", 3.0), 0.1)]
-    page = write_case(case, rows, {}, tmp_path).read_text()
+
+
+def test_page__shows_every_figure_and_escapes_texts(tmp_path: Path) -> None:
+    picture = Picture("depth", "Depth", "v", "p", (Line("a<b", ((1.0, 2.0, 0.1),)),))
+    row = Comparison("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
+    done = ComputedCase(made_up(lambda: (), picture), [row, reported("more", 3.0)], {})
+    page = write_page([done], "fine", tmp_path).read_text()
     for text in (
         "14.5\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}0.25",
         "0.5 of 0.4",
@@ -103,9 +111,36 @@ def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:
         ">fail<",
         "A &lt; b",
         "<svg",
+        "0 passed, 1 failed, 1 reported",
     ):
         assert text in page, text
     assert draw(picture) == draw(picture)  # without a clock
-    index = write_index([(case, rows)], "fine", tmp_path).read_text()
-    assert "0 passed, 1 failed, 1 reported" in index
-    assert 'src="data:image/svg+xml;base64,' in index
+
+
+@pytest.mark.parametrize(
+    ("row", "verdict"),
+    [
+        (relative("x", expected=-2.0, got=-2.2, within=0.06), "FAIL"),
+        (relative("x", expected=1.0, got=NAN, within=0.1), "FAIL"),
+        (relative("x", expected=1.0, got=9.0), "REPORT"),
+        (absolute("x", expected=14.0, got=15.5, within=1.5), "PASS"),
+        (at_most("x", limit=1.0, got=1.0), "PASS"),
+        (at_most("x", limit=1.0, got=NAN), "FAIL"),
+        (at_most("x", limit=1.0, got=2.0).ungated(1.0), "REPORT"),
+        (reported("x", NAN), "FAIL"),
+    ],
+)
+def test_comparison__passes_within_its_tolerance_only(row: Comparison, verdict: str) -> None:
+    assert row.verdict == verdict
+    assert str(row).startswith(verdict)
+    assert json.loads(json.dumps(row.as_json(), allow_nan=False))["verdict"] == verdict
+
+
+def test_case__of_which_the_solver_fails_has_a_comparison_that_failed() -> None:
+    def rows() -> Iterator[Comparison]:
+        yield reported("first", 1.0)
+        raise ProblemError("no particles")
+
+    first, last = made_up(rows).compared("quick", {})
+    assert (first.verdict, last.verdict) == ("REPORT", "FAIL")
+    assert "no particles" in str(last.got)

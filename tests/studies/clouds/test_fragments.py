@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from solver.simulation import start
-from studies.cases.rows import Row, absolute, equal, relative
 from studies.clouds.fragments import SIZES
 from studies.measurements import distributions
 from studies.measurements.impact.cloud import CloudView, view
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
+from tests.claims.rows import Row, absolute, equal, relative
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.clouds.samples import BALLS, two_balls
 from tests.studies.clouds.test_clouds import through

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from studies import measurements
-from studies.cases.rows import Row, absolute, at_most, equal
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import DEFINITION, Measured, numerical_parts
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run, resolve
+from tests.claims.rows import Row, absolute, at_most, equal
 
 GRIDS = (16.0, 32.0, 64.0)  # cells across the projectile: 6, 12 and 24 through the plate
 SPEED, DIAMETER, THICKNESS = 6600.0, 8e-3, 3e-3

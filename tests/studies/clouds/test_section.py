@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from studies.cases.rows import Row, equal
 from studies.clouds.fragments import OF_PIECES, SIZES
 from studies.cubes import cube
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
@@ -15,6 +14,7 @@ from studies.reports.compare import compare
 from studies.reports.opening import opening_of
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
+from tests.claims.rows import Row, equal
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import undrawn_page

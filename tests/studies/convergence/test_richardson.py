@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.cases.rows import Row, at_least, at_most
 from studies.convergence.richardson import COVERAGE, ORDERS, SAFETY, VERDICTS, Convergence, Sample, converge
 from tests.claims.marked import in_full
+from tests.claims.rows import Row, at_least, at_most
 from tests.studies.convergence.series import LAYOUTS, coverages
 
 HALVING = (1.0, 2.0, 4.0)

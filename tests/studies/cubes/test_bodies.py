@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, absolute, equal
 from studies.cubes import cube
 from studies.reports.page import appendix, page
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, absolute, equal
 from tests.samples import needs
 from tests.studies.support import fakes
 

@@ -13,12 +13,12 @@ import zarr
 
 import whipple
 from solver.state import Departed, Particles
-from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.films.vtk import UNITS
 from studies.runs.execution import execute
 from studies.runs.exports import export_vtk, files_of
 from studies.runs.remeasure import load_state
+from tests.claims.rows import equal
 from tests.service.support.command import run
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes

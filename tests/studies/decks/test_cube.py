@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, equal
 from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
 from studies.reports.publish import publish
+from tests.claims.rows import Row, equal
 from tests.studies.cubes.test_bodies import computed, reported, starts, table
 from tests.studies.decks.texts import appendix_deck, soil_deck
 from tests.studies.support.printed import undrawn

@@ -14,10 +14,6 @@ import pytest
 from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import simulate, start
-from studies.cases.rows import Row, at_most, equal, relative
-from studies.cases.setups.column import profile
-from studies.cases.solutions.detonation import TNT, chapman_jouguet
-from studies.cases.verification.chapman_jouguet import STATE, at_front
 from studies.decks import reader
 from studies.decks.programs import check_program
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
@@ -26,6 +22,10 @@ from studies.runs.run import resolve
 from studies.runs.stages import setting_of
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
+from tests.cases.verification.chapman_jouguet import STATE, at_front
+from tests.cases.verification.setups.column import profile
+from tests.cases.verification.solutions.detonation import TNT, chapman_jouguet
+from tests.claims.rows import Row, at_most, equal, relative
 from tests.studies.decks.texts import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
 
 MEBIBYTE = 1 << 20

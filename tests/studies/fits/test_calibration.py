@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from studies import materials
-from studies.cases.rows import Row, absolute, at_least, at_most
 from studies.cubes import cube
 from studies.fits.calibration.design import box_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
@@ -24,6 +23,7 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.results import RunResult
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, absolute, at_least, at_most
 from tests.service.support.command import run
 from tests.studies.support import fakes
 

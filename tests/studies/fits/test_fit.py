@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from studies import materials
-from studies.cases.rows import Row, equal
 from studies.fits.fit import FittedForm, fit, fits_of, verdicts
 from studies.fits.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
 from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
+from tests.claims.rows import Row, equal
 from tests.studies.support.sized import CRATERS, sized_cube
 
 COPPER = materials.load("copper-ofhc")

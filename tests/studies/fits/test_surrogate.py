@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 from service.cli.local import run_sweep
-from studies.cases.rows import Row, at_least
 from studies.cubes.reading import open_cube
 from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
@@ -19,6 +18,7 @@ from studies.quantities.findings import InvalidInput, MissingExtra
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
+from tests.claims.rows import Row, at_least
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, equal, relative
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.cells import OF_MESH, SUB_CELL
 from studies.quantities.measured import numerical_parts
@@ -17,6 +16,7 @@ from studies.reports.publish import publish
 from studies.runs.execution import execute
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, equal, relative
 
 # Coarse, so that it takes a minute: this claim is about what is compared with what. At 9 km/s a law answers outside of
 # its range, so that its report is about three points of four.

@@ -158,4 +158,6 @@ def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None
     own, other = (subjects[name].points[copper] for name in ("crater_two_thirds", "charters_summers"))
     assert (own.state, own.status) == ("unjudged", RangeStatus.FITTED)
     assert other.state == "judged"
-    assert subjects["charters_summers"].range.is_stated
+    stated = subjects["charters_summers"].range
+    assert stated is not None
+    assert stated.is_stated

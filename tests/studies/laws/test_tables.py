@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 from studies import laws, materials
-from studies.cases.rows import Row, at_most, equal
 from studies.laws import Shot
+from tests.claims.rows import Row, at_most, equal
 
 # D/d by each law: metal, t/d, v in km/s, then the values. Computed apart from this code.
 HOLES = (

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.cases.rows import Row, absolute, at_most
 from studies.measurements.impact.view import ImpactView, view
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
@@ -14,6 +13,7 @@ from studies.runs.stages import setting_of
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import Row, absolute, at_most
 from tests.studies.measurements.states import CELL, CRATER, WALLS, cratered, value
 
 TENTH = 0.1  # of a cell, on each side

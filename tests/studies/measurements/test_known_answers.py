@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.cases.rows import absolute, equal
 from studies.measurements import History
 from studies.measurements.bar import rear_face_place
 from studies.measurements.wall import WallView
 from studies.quantities.measured import DEFINITION
 from tests import samples
+from tests.claims.rows import absolute, equal
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,

@@ -10,9 +10,9 @@ import pytest
 
 from solver.problem.geometry import Cartesian3D, grid
 from solver.state import empty_table, views
-from studies.cases.rows import Row, absolute, relative
 from studies.measurements.impact.view import ImpactView, view
 from tests import samples
+from tests.claims.rows import Row, absolute, relative
 from tests.studies.measurements.states import (
     CELL,
     DENSITY,

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import equal
 from studies.materials import load
 from studies.observations import Observation, read_observations
 from studies.observations.table import rows_of
@@ -18,6 +17,7 @@ from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import vocabulary
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 
 HOLES = vocabulary("thin_plate", {}, {})
 HEADINGS = ["speed [km/s]", "plate_thickness [mm]", "hole_diameter [mm]", "hole_diameter_uncertainty [mm]", "source"]

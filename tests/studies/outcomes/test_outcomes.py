@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
 from studies.outcomes import shots as of_shots
 from studies.outcomes.found import Share
@@ -14,6 +13,7 @@ from studies.quantities.measured import Measured
 from studies.reports.page import page
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
+from tests.claims.rows import equal
 from tests.studies.support import fakes
 
 HOLDS = Quantity("wall_perforated", "1", "1 where the wall has a hole", ("wall holds", "wall perforated"))

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cases.rows import Row, at_most, equal
 from studies.cubes import cube
 from studies.cubes.points import main_quantities
 from studies.reports import report
@@ -23,6 +22,7 @@ from studies.reports.page import appendix, page
 from studies.reports.publish import draw_figures
 from studies.reports.records import Outcome
 from studies.sweeps.axes import Axis
+from tests.claims.rows import Row, at_most, equal
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 

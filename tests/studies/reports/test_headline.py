@@ -13,7 +13,6 @@ import xarray as xr
 
 import whipple
 from studies import laws as laws_of
-from studies.cases.rows import at_most, equal
 from studies.cubes import cube
 from studies.reports.sections import search
 from studies.reports.sections.search import FoundLimit, FoundLimits
@@ -23,6 +22,7 @@ from studies.sweeps import examples
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import at_most, equal
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from studies.cases.rows import equal
 from studies.reports import page
 from tests.claims.marked import Compared
+from tests.claims.rows import equal
 from tests.studies.support import fakes
 from tests.studies.support.printed import undrawn
 

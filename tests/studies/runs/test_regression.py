@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from studies import scenarios
-from studies.cases.rows import Row, equal
 from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
 from tests import samples
 from tests.claims.marked import claimed
+from tests.claims.rows import Row, equal
 from tests.studies.runs.regression import ALL, CASES, FILE, RELATIVE, computed, run_of, stored
 
 COMMAND = "python -m tests.studies.runs.regression"

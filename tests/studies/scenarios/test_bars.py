@@ -14,12 +14,12 @@ from solver.problem.geometry import impact_axis
 from solver.simulation import simulate, start
 from solver.steppers import methods
 from studies import measurements, scenarios
-from studies.cases.rows import Row, absolute, at_least, equal, relative
 from studies.observations.compared import stored
 from studies.quantities.measured import LOST_PARTICLES
 from studies.runs.execution import execute
 from studies.runs.run import materials_of, resolve
 from studies.scenarios.parts.loading import read_pulse
+from tests.claims.rows import Row, absolute, at_least, equal, relative
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
 
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"

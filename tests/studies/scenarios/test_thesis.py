@@ -18,9 +18,9 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import Row, relative
 from studies.runs.results import RunResult
 from tests.cases.cubes import result_of
+from tests.claims.rows import Row, relative
 
 THREADS = 2
 SPEEDS = (2, 6)  # km/s

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from studies import laws, materials
-from studies.cases.rows import Row, equal
 from studies.laws import RangeStatus, Shot
 from studies.shields.laws import whipple_jsc, whipple_nno, whipple_nno_modified, whipple_reimerdes, whipple_srl
 from studies.shields.laws._shields import ShieldCode
 from studies.shields.shield import FurtherBumper, Shield, ShotAtShield, at_shield
+from tests.claims.rows import Row, equal
 from tests.studies.laws.test_laws import OF_ALUMINIUM
 
 SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 276e6)

@@ -11,7 +11,6 @@ from sklearn.linear_model import LogisticRegression
 
 from docs.pages import read_json
 from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
-from studies.cases.rows import at_most, equal
 from studies.outcomes.found import Share
 from studies.shields.shots import drawn as of_drawn
 from studies.shields.shots import joined
@@ -20,6 +19,7 @@ from studies.shields.shots.drawn import DrawnShots, SimulationKind, beside_held,
 from studies.shields.shots.joined import PRIOR, Joint, SimulatedShot, drawn_shots, joint_of, unseen, validated
 from studies.shields.shots.judged import RANGES
 from studies.shields.shots.table import laboratory
+from tests.claims.rows import at_most, equal
 from tests.studies.outcomes.test_outcomes import GRIDS as REFINED
 from tests.studies.outcomes.test_outcomes import SPEED, coarse_is_open, document_of
 

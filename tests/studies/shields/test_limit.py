@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from studies.answers.question import read_question
-from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import load
 from studies.quantities.findings import InvalidInput
@@ -28,6 +27,7 @@ from studies.shields.section import SECTION, Incomparable
 from studies.shields.shield import CRITICAL_DIAMETER
 from studies.shields.shots.judged import equations
 from studies.sweeps.sweep import Sweep
+from tests.claims.rows import equal
 from tests.studies.shields.made import (
     FACTORS,
     PLAIN,

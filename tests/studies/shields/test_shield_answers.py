@@ -11,7 +11,6 @@ import pytest
 from sklearn.linear_model import LogisticRegression
 
 from studies import materials
-from studies.cases.rows import Row, at_least, at_most, equal
 from studies.laws import load
 from studies.shields.shield import FurtherBumper, Shield, ShotAtShield, reshielded
 from studies.shields.shots.answers import SHORT, answer
@@ -42,6 +41,7 @@ from studies.shields.shots.validation import (
     reliability,
 )
 from tests.claims.marked import in_full
+from tests.claims.rows import Row, at_least, at_most, equal
 
 SHOTS = published().shots
 ALUMINIUM = materials.load("al-6061-t6")

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.cases.rows import Row, at_least, equal
 from studies.laws import load
 from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
@@ -37,6 +36,7 @@ from studies.shields.shots.table import (
     screened,
     sources,
 )
+from tests.claims.rows import Row, at_least, equal
 from tests.studies.observations.test_tables import table
 
 TEXT = files("studies.shields.shots").joinpath("shots.csv").read_text(encoding="utf-8")

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from studies.cases.rows import Row, equal
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
+from tests.claims.rows import Row, equal
 
 METAL = "al-2024-t3"
 JOHNSON_COOK = {"failure": "johnson-cook"}
