@@ -76,13 +76,13 @@ AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 @router.get("/shields")
 def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(each) for name, each in shot_parameters().items() if name not in PLATE}
+    every = {name: field_of(parameter) for name, parameter in shot_parameters().items() if name not in PLATE}
     return page(
         request,
         "service.shields.pages:shields.html",
         caller,
         first=[every[name] for name in ALWAYS],
-        others=[each for name, each in every.items() if name not in ALWAYS],
+        others=[field for name, field in every.items() if name not in ALWAYS],
         values=fields,
         findings=placed(answer.findings, every),
         answer=answer,
@@ -125,8 +125,8 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     fields = declared(ShieldShot)
     units = {name: fields[name].unit for name in COLUMNS}
     rows = [
-        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
-        for each in islice(found, begin, begin + SHOWN)
+        [(name, _cell(getattr(shot, name), unit)) for name, unit in units.items()]
+        for shot in islice(found, begin, begin + SHOWN)
     ]
     return page(
         request,

@@ -98,7 +98,7 @@ class Curve:
 
     def probability(self, shot: ShotAtShield, margin: float) -> Probability:
         """That the wall of a shot with a margin is perforated."""
-        logit, deviation = (float(each[0]) for each in self.logits(terms([margin], [shot])))
+        logit, deviation = (float(of_one[0]) for of_one in self.logits(terms([margin], [shot])))
         return Probability(*(float(expit(logit + k * deviation)) for k in (0.0, -DEVIATE, DEVIATE)))
 
 
@@ -160,10 +160,10 @@ def _between(chance: NDArray, failed: NDArray, laboratories: Sequence[str]) -> f
 
 def fitted(law: Law, shots: Sequence[ShieldShot]) -> Curve:
     """The curve of an equation for the shots that its range covers."""
-    pairs = [(each, shot) for each, shot in zip(margins(law, shots), shots, strict=True) if not math.isnan(each)]
+    pairs = [(x, shot) for x, shot in zip(margins(law, shots), shots, strict=True) if not math.isnan(x)]
     covered = [shot for _, shot in pairs]
     failed = np.array([shot.is_perforated for shot in covered], float)
-    return fit(law.name, terms([each for each, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
+    return fit(law.name, terms([x for x, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
 
 
 def compute() -> dict[str, Curve]:
@@ -185,10 +185,10 @@ def probability(shot: ShotAtShield) -> Probability | None:
 
 def mean_of_curves(shot: ShotAtShield) -> Probability | None:
     """The mean of the curves of the equations that cover a shot, outside of all shots too; None without an equation."""
-    each = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
-    if not each:
+    said = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
+    if not said:
         return None
-    return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
+    return Probability(*(sum(values) / len(said) for values in zip(*map(astuple, said), strict=True)))
 
 
 def chance_of(shot: ShotAtShield) -> Callable[[ShotAtShield], float] | None:
@@ -234,7 +234,10 @@ def diameters_at(shot: ShotAtShield, chances: Sequence[float]) -> list[float]:
 
     logarithms = [root_between(partial(excess, asked), -WIDEST, WIDEST, within=1e-9) for asked in chances]
     sizes = [size * math.exp(logarithm) for logarithm in logarithms]
-    return [math.nan if any(outside_of_shots(replace(shot, projectile_diameter=each))) else each for each in sizes]
+    return [
+        math.nan if any(outside_of_shots(replace(shot, projectile_diameter=diameter))) else diameter
+        for diameter in sizes
+    ]
 
 
 def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:

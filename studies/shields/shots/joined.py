@@ -68,13 +68,13 @@ class Scores:
 
     def squares(self) -> tuple[NDArray, NDArray]:
         """The square of P_e and of P less the outcome of each shot."""
-        before, after = (np.array([each.value for each in said]) for said in (self.before, self.after))
+        before, after = (np.array([chance.value for chance in said]) for said in (self.before, self.after))
         return (before - self.failed) ** 2, (after - self.failed) ** 2
 
     def brier(self, *, weighted: bool = False) -> tuple[float, float]:
         """Brier scores of P_e and of P; over all shots that might have been drawn where it is weighted."""
         weights = 1.0 / self.shares if weighted else np.ones(len(self.shares))
-        before, after = (float(np.average(each, weights=weights)) for each in self.squares())
+        before, after = (float(np.average(square, weights=weights)) for square in self.squares())
         return before, after
 
     def gained(self, shots: Sequence[int] | slice = slice(None)) -> tuple[float, float]:
@@ -104,9 +104,9 @@ def cells_through(wall_thickness: float, diameter: float, across: float) -> floa
 
 def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> Joint:
     """The constants that join simulations with P_e of each shot."""
-    told = np.array([[each.told == "perforated", each.told == "held"] for each in shots], float)
-    failed = np.array([each.shot.is_perforated for each in shots], float)
-    known = logit([each.value for each in before]) + np.log([each.odds for each in shots])
+    told = np.array([[shot.told == "perforated", shot.told == "held"] for shot in shots], float)
+    failed = np.array([shot.shot.is_perforated for shot in shots], float)
+    known = logit([chance.value for chance in before]) + np.log([shot.odds for shot in shots])
     constants, covariance = most_probable(told, failed, PRIOR, known)
     rows = covariance.tolist()
     return Joint(float(constants[0]), float(constants[1]), (tuple(rows[0]), tuple(rows[1])), len(shots))
@@ -115,7 +115,7 @@ def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> J
 def unseen(shots: Sequence[SimulatedShot], without: str = "") -> list[Probability]:
     """P_e of each shot by curves that have seen neither its laboratory nor one that none of the shots is of."""
     chances = _unseen(without)
-    return [chances[each.shot] for each in shots]
+    return [chances[shot.shot] for shot in shots]
 
 
 @cache
@@ -133,12 +133,12 @@ def _unseen(without: str) -> Mapping[ShieldShot, Probability]:
 def validated(shots: Sequence[SimulatedShot]) -> Scores:
     """Each shot predicted by the other laboratories alone, with and without its simulation."""
     before, after = unseen(shots), list[Probability]()
-    for each, chance in zip(shots, before, strict=True):
-        others = [other for other in shots if laboratory(other.shot) != laboratory(each.shot)]
-        joint = joint_of(unseen(others, laboratory(each.shot)), others)
-        after.append(joint.probability(chance, each.told))
-    failed = np.array([each.shot.is_perforated for each in shots], float)
-    return Scores(before, after, failed, np.array([each.share for each in shots]))
+    for mine, chance in zip(shots, before, strict=True):
+        others = [other for other in shots if laboratory(other.shot) != laboratory(mine.shot)]
+        joint = joint_of(unseen(others, laboratory(mine.shot)), others)
+        after.append(joint.probability(chance, mine.told))
+    failed = np.array([shot.shot.is_perforated for shot in shots], float)
+    return Scores(before, after, failed, np.array([shot.share for shot in shots]))
 
 
 # --- the constants that ship ------------------------------------------------------------------------
@@ -147,7 +147,7 @@ def validated(shots: Sequence[SimulatedShot]) -> Scores:
 def drawn_shots(shots: Sequence[SimulatedShot], scores: Scores) -> Iterator[DrawnShots]:
     """What the simulated shots say of their kind, by range of the normal speed."""
     for place in range(len(RANGES)):
-        mine = [number for number, each in enumerate(shots) if range_of(each.shot.normal_speed) == place]
+        mine = [number for number, shot in enumerate(shots) if range_of(shot.shot.normal_speed) == place]
         failed = [shots[number].told for number in mine if shots[number].shot.is_perforated]
         gained, within = scores.gained(mine)
         yield DrawnShots(len(mine), gained, within, len(failed), failed.count("perforated"))

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache, partial
 from importlib.resources import files
-from itertools import permutations
-from typing import Annotated, Any, Literal, get_args
+from itertools import chain, permutations
+from typing import Annotated, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
 from studies.materials import Material, load
@@ -23,7 +23,7 @@ from studies.observations.table import (
     yes_or_no,
 )
 from studies.quantities.findings import Finding, Findings, refusal
-from studies.quantities.parameters import declared, find, missing, parse_value
+from studies.quantities.parameters import Plain, Value, declared, find, missing, nested, parse_value
 from studies.shields.shield import ALUMINIUM, Shield, ShotAtShield
 
 WallOutcome = Literal["perforated", "held"]  # of the wall
@@ -166,7 +166,8 @@ def collected() -> Screening:
     text = files(__package__).joinpath("shots.csv").read_text(encoding="utf-8")
     cell = cache(partial(_cell, where=PATH))  # most numbers repeat: 0.05 s for 0.2 s (2026-11)
     rows = (row for _, row in rows_of(text, PATH, texts=WORDS))
-    return screened([ShieldShot(**dict(pair for each in row.items() for pair in cell(*each).items())) for row in rows])
+    values = (dict(chain.from_iterable(cell(*item).items() for item in row.items())) for row in rows)
+    return screened(nested(ShieldShot, of_shot) for of_shot in values)
 
 
 @cache
@@ -197,11 +198,11 @@ def laboratory(shot: ShieldShot) -> str:
     return sources().get(shot.source, {}).get("laboratory", shot.source)
 
 
-def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
+def _read(row: Mapping[str, Plain], where: str) -> ShieldShot:
     findings, fields_of_shot = Findings(), declared(ShieldShot)
-    values: dict[str, Any] = {}
+    values: dict[str, Value] = {}
 
-    def read(heading: str, raw: Any) -> None:
+    def read(heading: str, raw: Plain) -> None:
         value = _cell(heading, raw, where)
         for field in value.keys() & values:
             raise refusal(f"{where}.{field}", heading, "each column once", "remove one of the two")
@@ -211,13 +212,15 @@ def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
         findings.attempt(read, *item)
     if not findings:
         findings.extend(
-            missing(each, where) for each in fields_of_shot.values() if each.required and each.name not in values
+            missing(parameter, where)
+            for parameter in fields_of_shot.values()
+            if parameter.required and parameter.name not in values
         )
     findings.check()
-    return ShieldShot(**values)
+    return nested(ShieldShot, values)
 
 
-def _cell(heading: str, raw: Any, where: str) -> dict[str, Any]:
+def _cell(heading: str, raw: Plain, where: str) -> dict[str, Value]:
     """The field of a shot that a cell fills, with its value; an empty cell fills none."""
     fields_of_shot = declared(ShieldShot)
     name, unit = heading_of(heading, {*fields_of_shot, PERFORATED}, where)
@@ -338,7 +341,7 @@ def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], di
             equal[name] = value
             return
         low, _, high = value.partition(TO)
-        bounds = [parse_value(parameter, each, f"where.{name}") for each in (low, high or low)]
+        bounds = [parse_value(parameter, end, f"where.{name}") for end in (low, high or low)]
         within[name] = (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
 
     for text in raw:

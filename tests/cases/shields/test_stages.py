@@ -359,7 +359,7 @@ def whole_of(run: Run) -> ImpactSetting:
     shield, found = cast(WhippleShield, load(run.scenario).record(run.parameters)), materials_of(run)
     first, rear, shift = shield.impact, shield.target(1), shield.walls.bumper_thickness + shield.walls.stand_off
     room = (shift + rear.thickness) / shield.shot.projectile_diameter + 4.0
-    long = replace(first, parameters=replace(shield, shot=replace(first.shot, downrange=room)))
+    long = replace(first, parameters=replace(shield, shot=replace(shield.shot, downrange=room)))
     problem = long.build(found).problem
     axis = np.array([0.0, shift, 0.0])
     wall = rear.body("wall", found["wall"], problem.geometry, *rear.points(), np.zeros(3))
