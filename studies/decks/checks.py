@@ -11,6 +11,7 @@ from studies.decks.deck import (
     DeckMaterial,
     DeckState,
     Lattice,
+    Units,
     Vector,
     refuse_line,
 )
@@ -76,7 +77,7 @@ def box_of(body: DeckBody) -> tuple[Vector, Vector]:
     return (x0, y0, z0), (x1, y1, z1)
 
 
-def finished(state: DeckState, units: str, line: int) -> Deck:
+def finished(state: DeckState, units: Units, line: int) -> Deck:
     """The deck of all macros; ``line`` is that of ``endi``."""
     numbers, counts = state.numbers, state.counts
     for key, title in (("spx", "grid"), ("spy", "grid"), ("spz", "grid"), ("dcel", "cell")):

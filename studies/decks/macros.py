@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Literal, get_args
 
-from studies.decks.deck import MOST_NODES, MOST_PARTICLES
+from studies.decks.deck import MOST_NODES, MOST_PARTICLES, Units
 
 DeckQuantity = Literal[
     "length",
@@ -21,7 +21,7 @@ DeckQuantity = Literal[
 ]
 
 # Powers of ten to SI. N = g mm / ms^2 and MPa = N / mm^2 go with mm, g, ms; energies per volume are stresses.
-SHIFTS: Mapping[str, Mapping[DeckQuantity, int]] = {
+SHIFTS: Mapping[Units, Mapping[DeckQuantity, int]] = {
     "mm-g-ms": {
         "length": -3,
         "time": -3,

@@ -44,6 +44,7 @@ from studies.decks.deck import (
     DeckVelocity,
     Lattice,
     ParticleRow,
+    Units,
     refuse_line,
 )
 from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
@@ -80,14 +81,14 @@ def read_deck(text: str, units: str = "deck") -> Deck:
     if len(text) > MOST_BYTES or len(text.encode()) > MOST_BYTES:
         _refuse_size(len(text.encode()))
     check_program(text)
-    read = _read(text, _named_units(text) if units == "deck" else units)
+    read = _read(text, _named_units(text) if units == "deck" else "SI" if units == "SI" else "mm-g-ms")
     if isinstance(read, InvalidInput):
         raise InvalidInput(read.findings)
     return read
 
 
 @lru_cache(maxsize=4)
-def _read(text: str, units: str) -> Deck | InvalidInput:
+def _read(text: str, units: Units) -> Deck | InvalidInput:
     """A deck, or why it is refused: a text is read once for all that ask for it."""
     try:
         return _Reader(text, units).deck()
@@ -95,7 +96,7 @@ def _read(text: str, units: str) -> Deck | InvalidInput:
         return error.with_traceback(None)
 
 
-def _named_units(text: str) -> str:
+def _named_units(text: str) -> Units:
     """The units that a comment names."""
     for number, line in enumerate(text.splitlines(), 1):
         found = re.search(r"!\s*units?\s*[:=]\s*(.*)", line, re.IGNORECASE) if "!" in line else None
@@ -118,7 +119,7 @@ def _refuse_size(size: int) -> NoReturn:
 class _Reader(Words):
     """One deck being read."""
 
-    def __init__(self, text: str, units: str):
+    def __init__(self, text: str, units: Units):
         super().__init__(text)
         self.units = units
         self.state = DeckState()

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NoReturn
 
-from studies.decks.deck import Vector, refuse_line
+from studies.decks.deck import Units, Vector, refuse_line
 from studies.decks.macros import SHIFTS, DeckQuantity
 from studies.quantities.findings import nearest_cure
 
@@ -36,7 +36,7 @@ class DeckWord:
 class Words:
     """The words of a deck, read one after another."""
 
-    units: str
+    units: Units
 
     def __init__(self, text: str):
         self.lines = text.splitlines()

@@ -6,7 +6,7 @@ flies towards +z and touches it at z = 0 at time zero.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.quantities.findings import Finding
@@ -14,7 +14,7 @@ from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
-from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
+from studies.scenarios.parts.lattice import SECTORS, Geometry, along_flight, body, lattice, mesh
 from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
 
@@ -50,7 +50,7 @@ class PlateSetting(Setting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlateImpact(SetUp):
+class PlateImpact(SetUp[PlateSetting, "PlateView"]):
     """Parameters of a plate impact."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0
@@ -122,13 +122,15 @@ class PlateImpact(SetUp):
             findings.append(Finding("target_thickness", f"{target:g} m", limit, cure))
         return findings
 
-    def build(self, materials: Materials) -> Setting:
+    def build(self, materials: Materials) -> PlateSetting:
         import numpy as np
 
         from solver.problem import Face, Problem
 
         flyer, target = self.thicknesses
-        room = BEYOND + math.ceil(self._travel(materials) / self.cell)
+        # A free face moves, like metals, no faster than the flyer; others up to twice as fast.
+        travel = 2.0 * self.speed * max(self._end(materials) - self._crossing(materials), 0.0)
+        room = BEYOND + math.ceil(travel / self.cell)
         before, behind = (math.ceil(thick / self.cell - 1e-9) + room for thick in self.thicknesses)
         geometry, faces = mesh(
             self.geometry,
@@ -143,14 +145,10 @@ class PlateImpact(SetUp):
             self._plate("flyer", materials, geometry, (-flyer, 0.0)),
             self._plate("target", materials, geometry, (0.0, target)),
         ]
+        bodies = tuple(plate for plate, _ in plates)
+        problem = Problem(geometry=geometry, bodies=bodies, faces=faces, end_time=self._end(materials))
         return PlateSetting(
-            problem=Problem(
-                geometry=geometry,
-                bodies=tuple(plate for plate, _ in plates),
-                faces=faces,
-                end_time=self._end(materials),
-                **self.numerics.arguments(),
-            ),
+            problem=self.numerics.applied_to(problem),
             sector=SECTORS[self.geometry],
             speed=self.speed,
             thicknesses=(flyer, target),
@@ -161,7 +159,7 @@ class PlateImpact(SetUp):
         )
 
     def _plate(
-        self, name: str, materials: Materials, geometry: Any, ends: tuple[float, float]
+        self, name: str, materials: Materials, geometry: Geometry, ends: tuple[float, float]
     ) -> tuple["Body", "np.ndarray"]:
         """A plate, and the layer of each of its particles."""
         import numpy as np
@@ -206,10 +204,6 @@ class PlateImpact(SetUp):
             speeds = max(speeds[0], elastic_speed(flyer)), max(speeds[1], elastic_speed(target))
         return min(thick / speed for thick, speed in zip(self.thicknesses, speeds, strict=True))
 
-    def _travel(self, materials: Materials) -> float:
-        """How far a free face may move, m: like metals no faster than the flyer, others up to twice as fast."""
-        return 2.0 * self.speed * max(self._end(materials) - self._crossing(materials), 0.0)
-
     def size(self, materials: Materials) -> Size:
         per_cell = self.numerics.choices.particles_per_cell
         layers = sum(self.thicknesses) / self.cell * per_cell
@@ -230,8 +224,7 @@ class PlateImpact(SetUp):
 
         return view(setting, snapshot)
 
-    def rate(self, setting: Setting) -> ObservationRate:
-        assert isinstance(setting, PlateSetting)
+    def rate(self, setting: PlateSetting) -> ObservationRate:
         end = setting.problem.end_time
         if end <= setting.crossing:
             return ObservationRate(interval=end / OBSERVATIONS)
