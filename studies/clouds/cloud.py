@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, Reading, measurement
+from studies.measurements._settings import Melting
 from studies.measurements.distributions import Bins, Distribution
 from studies.measurements.impact.cloud import (
     HALF,
@@ -20,7 +21,6 @@ from studies.measurements.impact.cloud import (
     of_projectile,
 )
 from studies.measurements.impact.edges import overlap
-from studies.measurements.impact.matter import Melting
 from studies.quantities.measured import DEFINITION
 
 # ---- shape ---------------------------------------------------------------------------------------

@@ -12,13 +12,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.measurements.impact.matter import Breakup, Melting
+from studies.measurements._settings import Breakup, CloudSetting, Melting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetUp, outline
 from studies.scenarios.parts.matter import yield_stress
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
@@ -41,14 +41,6 @@ MOST_ROOM = 50.0  # projectile diameters
 
 OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
-
-
-@dataclass(frozen=True)
-class CloudSetting(ImpactSetting):
-    """An impact whose debris is measured."""
-
-    breakup: tuple[Breakup, ...]  # of each body
-    melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
 
 
 @dataclass(frozen=True, kw_only=True)

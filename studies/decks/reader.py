@@ -244,7 +244,7 @@ class _Reader(Words):
         count = len(self.on_line(word.line))
         names = {(form, count): name for name, form, count in EOS_COUNTS}
         if (form, count) not in names:
-            counts = " or ".join(str(n) for _, each, n in EOS_COUNTS if each == form)
+            counts = " or ".join(str(n) for _, stated, n in EOS_COUNTS if stated == form)
             word.refuse(f"{counts} numbers of form {form}", "complete or shorten the line", f"{count} numbers")
         if number not in self.state.materials:
             word.refuse("a material that was read before", "write seos below material", f"material {number}")
@@ -290,9 +290,9 @@ class _Reader(Words):
         nx, ny, nz = counts * 3 if len(counts) == 1 else counts
         lattice = Lattice(shape.key, spacing, origin, (nx, ny, nz), hole)
         count = self._counted(lattice, row, most)
-        each = self._particle_mass(row, material, density, mass, spacing)
+        own = self._particle_mass(row, material, density, mass, spacing)
         first = self.state.read - count + 1
-        self.state.bodies.append(DeckBody(component, material, row.line, lattice, each, count=count, first=first))
+        self.state.bodies.append(DeckBody(component, material, row.line, lattice, own, count=count, first=first))
 
     def _counted(self, lattice: Lattice, row: DeckWord, most: int) -> int:
         """Particles of a lattice, after a look at how many there can be."""

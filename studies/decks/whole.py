@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.measurements import Measurement, Reading
+from studies.measurements import Measurement, Reading, View
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
 
 
 @dataclass(frozen=True)
-class WholeView:
+class WholeView(View):
     """Living particles; SI."""
 
     mass: np.ndarray  # (n,) kg

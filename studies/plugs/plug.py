@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
-from studies.measurements.impact.connected import connected
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.impact.edges import edge_from_outside
-from studies.measurements.impact.view import rim_of
+from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION
-from studies.scenarios.parts.impact import ImpactSetting
 
 if TYPE_CHECKING:
     from solver.problem import Mesh

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.measurements._settings import ImpactSetting
 from studies.plugs.coupled_plate import EVEN, coupled_plate, plate_size
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import RECIPES
 from studies.quantities.parameters import Choice, MaterialName, Plain, flat
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, SetUp, Size
-from studies.scenarios.parts.impact import ImpactSetting
 from studies.scenarios.parts.lattice import SECTORS, Faces, Geometry, along_flight, body, lattice, mesh, slab_clamp
 from studies.scenarios.parts.matter import (
     HUGONIOT,

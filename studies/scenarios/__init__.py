@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Self, TypeVar
 
 from solver.registry import entries
 from studies.convergence.experience import MeshGrid
+from studies.measurements._settings import Setting
 from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
 from studies.quantities.parameters import Plain, Value, declared, describe, flat, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
-    from solver.problem import Problem
     from solver.simulation import Outcome
     from solver.state import Snapshot
     from studies.films.section import SectionOptions
@@ -38,16 +38,6 @@ class Size:
 
     particles: int
     steps: int
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A problem; each family of scenarios adds what its view of a state needs to know."""
-
-    problem: "Problem"
-    sector: float  # angle that the model covers about its axis, rad; 1 in axisymmetry, where all is per radian
-    # The measurements whose growth this stage waits for; None: all that the scenario names.
-    settles: tuple[str, ...] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Pascal, Second
+from studies.measurements._settings import BarSetting
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import flat
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Size
-from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetting, BarSetUp, BarSpeed, CellsAcross, Wall
+from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, among

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.measurements._settings import PlateSetting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
+from studies.scenarios import Materials, ObservationRate, Scenario, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, Geometry, along_flight, body, lattice, mesh
 from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
@@ -35,18 +36,6 @@ OBSERVATIONS_OF_A_SIGNAL = 100  # of a free surface, in the time in which the fi
 PULSES = 2.0
 BEYOND = 2  # cells of grid outside the plates
 HALVINGS = 60  # of the interval in which the interface velocity lies: to round-off
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlateSetting(Setting):
-    """Two plates as their observer needs to know them."""
-
-    speed: float  # m/s
-    thicknesses: tuple[float, float]  # flyer, target; m
-    section: float  # area of the column, m2 (m2 per radian)
-    impedance: float  # rho0 c0 of the target, Pa s/m
-    crossing: float  # when the first wave has crossed its plate, s
-    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from solver.steppers import meshing
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
+from studies.measurements._settings import BarSetting, References
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Plain
-from studies.scenarios import Setting, SetUp, Size
+from studies.scenarios import SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, points
 from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.method import ON_GRID
@@ -53,21 +54,6 @@ class Wall:
         Literal["unilateral", "symmetric"],
         Described("frictionless wall that only pushes, or a wall that holds the normal velocity in both directions"),
     ] = "unilateral"
-
-
-# Length, mushroom diameter and width to be compared with, m.
-References = tuple[float | None, float | None, float | None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class BarSetting(Setting):
-    """A bar as its observer needs to know it."""
-
-    length: float  # m
-    diameter: float  # m
-    speed: float  # m/s
-    place: "np.ndarray"  # (n, 3) of each particle in the initial lattice: across, across, along
-    references: References
 
 
 class BarSetUp(SetUp[BarSetting, "BarView"]):

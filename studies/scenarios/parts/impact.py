@@ -13,6 +13,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from studies.convergence.experience import MeshGrid
+from studies.measurements._settings import ImpactSetting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, FEW_PARTICLES, RECIPES
 from studies.quantities.parameters import Plain, declared, flat
@@ -97,17 +98,6 @@ SHOT = frozenset(
         "film_interval",
     }
 )
-
-
-@dataclass(frozen=True)
-class ImpactSetting(Setting):
-    """An impact as its observer needs to know it."""
-
-    target: str  # name of the body that is measured
-    projectile_diameter: float  # m
-    thickness: float  # of the target along the line of flight, m
-    radius: float  # of the target, m: half its width where it is square
-    speed: float  # of the projectile, m/s
 
 
 ImpactStage = TypeVar("ImpactStage", bound=ImpactSetting)

@@ -198,12 +198,7 @@ def _grid_block(geometry: str, recipe: Recipe, velocity: Callable[[np.ndarray], 
         density=COPPER.density,
         velocity=velocity(position) if velocity else 0.0,
     )
-    problem = Problem(
-        geometry=record,
-        bodies=(body,),
-        faces=(MIRROR if flat else FREE, FREE, FREE),
-        end_time=STEP,
-    )
+    problem = Problem(geometry=record, bodies=(body,), faces=(MIRROR if flat else FREE, FREE, FREE), end_time=STEP)
     return replace(with_numerics(problem, replace(recipe, damping_rate=0.0)), fixed_dt=STEP)
 
 
