@@ -40,13 +40,12 @@ class Words:
 
     def __init__(self, text: str):
         self.lines = text.splitlines()
-        self.words = [
-            DeckWord(word, number)
-            for number, line in enumerate(self.lines, 1)
-            for word in SEPARATORS.split(_checked(line, number).partition("!")[0])
-            if word
-        ]
+        self.words: list[DeckWord] = []
         self.at = 0
+        for number, line in enumerate(self.lines, 1):
+            if control := CONTROL.search(line):
+                refuse_line(number, f"control character {ord(control[0]):#04x}", "printable text", "remove it")
+            self.words += [DeckWord(word, number) for word in SEPARATORS.split(line.partition("!")[0]) if word]
 
     def next(self, expected: str) -> DeckWord:
         """The next word of the deck."""
@@ -107,9 +106,3 @@ class Words:
         if not low <= value <= high:
             word.refuse(f"{name}, a whole number from {low} to {high}", "correct it")
         return value
-
-
-def _checked(line: str, number: int) -> str:
-    if control := CONTROL.search(line):
-        refuse_line(number, f"control character {ord(control[0]):#04x}", "printable text", "remove it")
-    return line

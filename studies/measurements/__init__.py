@@ -3,8 +3,8 @@
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
 a shield (``shield``) and its wall (``wall``), a bar (``bar``), two plates (``plates``); features offer theirs through
 entry points. ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
-or a quarter in three dimensions; holes, craters and debris have theirs in the folder ``impact``, which offers no
-measurement. Arrays over bins are ``distributions``.
+or a quarter in three dimensions; it imports the solver, which compiles for seconds, only then. Holes, craters and
+debris have theirs in the folder ``impact``, which offers no measurement. Arrays over bins are ``distributions``.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads

@@ -373,8 +373,7 @@ class Plugging(SetUp[ImpactSetting, "PlugView"]):
             material,
             thermal_softening=self.thermal_softening,
             tension=self.numerics.choices.tension,
-            failure=self.fracture.of(material),
-            rubble_friction=self.fracture.rubble_friction,
+            fracture=self.fracture,
         )
 
     def size(self, materials: Materials) -> Size:

@@ -157,11 +157,7 @@ class PlateImpact(SetUp[PlateSetting, "PlateView"]):
         step = self.cell / self.numerics.choices.particles_per_cell
         where = lattice(self.geometry, breadth=self.cells_across * self.cell, begin=begin, end=end, step=step)
         made = matter(
-            materials[name],
-            eos_form=self.eos_form,
-            tension=self.numerics.choices.tension,
-            failure=self.fracture.of(materials[name]),
-            rubble_friction=self.fracture.rubble_friction,
+            materials[name], eos_form=self.eos_form, tension=self.numerics.choices.tension, fracture=self.fracture
         )
         plate = body(
             name,

@@ -304,8 +304,7 @@ class Impact:
             eos_form=self.shot.eos_form,
             thermal_softening=self.shot.thermal_softening,
             tension=self.numerics.choices.tension,
-            failure=self.parameters.fracture.of(material),
-            rubble_friction=self.parameters.fracture.rubble_friction,
+            fracture=self.parameters.fracture,
         )
         return body(name, made, geometry, where, velocity=velocity, density=material.density, volume=volume)
 
@@ -365,7 +364,7 @@ class ImpactSetUp(SetUp[ImpactStage, View]):
         grid = MeshGrid(
             "",
             across=shot.cells_per_diameter,
-            through=math.inf if impact.deep else self.cells()["cells_per_thickness"],
+            through=math.inf if impact.deep else impact.cells()["cells_per_thickness"],
             speed=shot.speed,
             strength=strength,
             density_ratio=materials["projectile"].density / target.density,

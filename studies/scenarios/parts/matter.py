@@ -186,10 +186,9 @@ def matter(
     eos_form: str = HUGONIOT,
     thermal_softening: bool | None = True,
     tension: str = "recoverable",
-    failure: "NamedTuple | None" = None,
-    rubble_friction: float = 0.0,
+    fracture: Fracture | None = None,
 ) -> "Matter":
-    """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
+    """The matter of a material; by default it never fails."""
     from solver.matter.laws import Matter
     from solver.matter.melting import MeltingCurve, lindemann
 
@@ -212,8 +211,8 @@ def matter(
         shear_modulus=material.elastic.shear_modulus,
         room_temperature=thermal.room_temperature,
         melt_temperature=math.inf if melt is None else melt,
-        failure=failure or failures()[NO_FAILURE].record(),
-        rubble_friction=rubble_friction,
+        failure=fracture.of(material) if fracture else failures()[NO_FAILURE].record(),
+        rubble_friction=fracture.rubble_friction if fracture else 0.0,
         melting=melting,
     )
 
