@@ -13,8 +13,8 @@ from studies.quantities.findings import Finding
 from studies.quantities.parameters import flat
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Size
-from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
-from studies.scenarios.parts.loading import FASTEST, Loading
+from studies.scenarios.parts.bar import FASTEST, Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
+from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, among
 from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics

@@ -227,8 +227,14 @@ class Shocks:
 def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
     """Impedance match: the interface velocity at which both plates have the same pressure."""
 
+    def shock_speed(material: "Material", jump: float) -> float:
+        c0, s = material.value_at("eos.c0"), material.value_at("eos.s")
+        assert c0 is not None
+        assert s is not None
+        return c0 + s * jump
+
     def pressure(material: "Material", jump: float) -> float:
-        return material.density * _shock_speed(material, jump) * jump
+        return material.density * shock_speed(material, jump) * jump
 
     low, high = 0.0, speed
     for _ in range(HALVINGS):
@@ -237,14 +243,7 @@ def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
             low = middle
         else:
             high = middle
-    return Shocks(pressure(target, low), (_shock_speed(flyer, speed - low), _shock_speed(target, low)))
-
-
-def _shock_speed(material: "Material", jump: float) -> float:
-    c0, s = material.value_at("eos.c0"), material.value_at("eos.s")
-    assert c0 is not None
-    assert s is not None
-    return c0 + s * jump
+    return Shocks(pressure(target, low), (shock_speed(flyer, speed - low), shock_speed(target, low)))
 
 
 SCENARIO = Scenario(

@@ -15,6 +15,7 @@ from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies.measurements._settings import BarSetting, References
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Plain
+from studies.quantities.units import readable, round_quantity
 from studies.scenarios import SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, points
 from studies.scenarios.parts.loading import Loading
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
     from solver.state import Snapshot
     from studies.measurements.bar import BarView
     from studies.scenarios.parts.lattice import Geometry
+
+FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
+# Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie
+# within one and a half of it: they stay apart until the bar is half as long.
+LEAST_CELLS = 8.0
+FINER = "raise the resolution (cells per diameter)"
 
 BarSpeed = Annotated[
     MetrePerSecond, Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3)
@@ -57,7 +64,7 @@ class Wall:
 
 
 class BarSetUp(SetUp[BarSetting, "BarView"]):
-    """The parameters of a bar: which, its scenario says."""
+    """Parameters of a bar at a wall; a scenario declares them."""
 
     wall: Wall
     speed: float
@@ -125,12 +132,31 @@ class Bar:
         Its diameter has two cells by its own bounds.
         """
         own = self.parameters
-        yield from own.loading.check(self)
+        yield from own.loading.check_pulse(own.end)
+        yield from self._check_loads()
         if own.bar_length < own.cell:
-            cure = "raise the resolution (cells per diameter)"
-            yield Finding("bar_length", f"{own.bar_length:g} m", f"at least a cell, {own.cell:g} m", cure)
+            yield Finding("bar_length", f"{own.bar_length:g} m", f"at least a cell, {own.cell:g} m", FINER)
         if own.wall.section == "square" and own.wall.geometry == "axisymmetric":
             yield Finding("section", "square", "round in a body of revolution", "set geometry to quarter")
+
+    def _check_loads(self) -> Iterator[Finding]:
+        """A bar that rests has loads, which keep it slow enough for small strains."""
+        own, loading = self.parameters, self.parameters.loading
+        why = f"at which matter moves at {FASTEST:g} of its wave speed"
+        fastest, gravity, least = FASTEST * self.sound, abs(loading.gravity), LEAST_CELLS * own.cell
+        largest = self.density * self.sound * fastest
+        if loading.pressure is not None and abs(loading.pressure) > largest:
+            limit = f"at most {readable(round_quantity(largest), 'Pa')}, {why}"
+            yield Finding("pressure", readable(loading.pressure, "Pa"), limit, "choose a lower pressure")
+        if gravity * own.end > fastest:
+            limit = f"at most {round_quantity(fastest / own.end):g} m/s2, {why} at the end"
+            yield Finding("gravity", f"{loading.gravity:g} m/s2", limit, "choose less gravity, or an earlier end_time")
+        if own.speed == 0.0 and not loading.pressure and not gravity:
+            limit = "more than 0 m/s for a bar without loads"
+            yield Finding("speed", "0 m/s", limit, "give speed, pressure or gravity")
+        if loading.pressure and own.bar_length < least:
+            limit = f"at least {LEAST_CELLS:g} cells under a pressure, {readable(least, 'm')}"
+            yield Finding("bar_length", readable(own.bar_length, "m"), limit, FINER)
 
     def size(self, sound: float) -> Size:
         """Particles from the volume, and steps from the stable step at a speed of waves in space (m/s)."""

@@ -70,9 +70,8 @@ MOMENTS = (1.5, 4.0)
 # whole, and craters of copper at 7 km/s have half of it as their radius.
 REACH = 7.0
 
-# Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
-# mean square difference from three particles on 16 cells across the projectile, and from ``FINE`` cells on
-# (tables in docs/recipe.md).
+# Relative uncertainty of a measurement with ``FEW_PARTICLES`` and the default recipe's shape: the root mean square
+# difference from three particles, on 16 cells across the projectile, and from ``FINE`` cells on (docs/recipe.md).
 FINE = 24.0
 OF_FEW_PARTICLES = {
     "hole_diameter": (0.035, 0.014),
@@ -105,7 +104,7 @@ ImpactStage = TypeVar("ImpactStage", bound=ImpactSetting)
 
 @dataclass(frozen=True)
 class Impact:
-    """A projectile in front of a plate or block; what is asked of it needs filled parameters.
+    """A projectile in front of a plate or block, by its filled parameters.
 
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
@@ -383,7 +382,7 @@ class ImpactSetUp(SetUp[ImpactStage, View]):
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
-        """The part of few particles, in the shape in which it was measured."""
+        """The part of few particles, with the shape functions for which it was measured."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
         if few and own.shape == default.shape and measurement in OF_FEW_PARTICLES:

@@ -18,12 +18,7 @@ from studies.quantities.units import exact_number, parse_quantity, readable, rou
 
 if TYPE_CHECKING:
     from solver.problem import Problem
-    from studies.scenarios.parts.bar import Bar
 
-FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
-# Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie
-# within one and a half of it: they stay apart until the bar is half as long.
-LEAST_CELLS = 8.0
 ROW = "rows of a time with its unit and a share of the pressure, apart by commas or lines"
 
 
@@ -104,27 +99,8 @@ class Loading:
         """
         return 2.0 * abs(self.pressure or 0.0) / impedance + abs(self.gravity) * time
 
-    def check(self, bar: "Bar") -> Iterator[Finding]:
-        """The findings about loads on a bar: one that rests has loads, which keep it slow enough for small strains."""
-        speed, time, length = bar.parameters.speed, bar.parameters.end, bar.parameters.bar_length
-        yield from self._check_pulse(time)
-        why = f"at which matter moves at {FASTEST:g} of its wave speed"
-        fastest, gravity, least = FASTEST * bar.sound, abs(self.gravity), LEAST_CELLS * bar.parameters.cell
-        largest = bar.density * bar.sound * fastest
-        if self.pressure is not None and abs(self.pressure) > largest:
-            limit = f"at most {readable(round_quantity(largest), 'Pa')}, {why}"
-            yield Finding("pressure", readable(self.pressure, "Pa"), limit, "choose a lower pressure")
-        if gravity * time > fastest:
-            limit = f"at most {round_quantity(fastest / time):g} m/s2, {why} at the end"
-            yield Finding("gravity", f"{self.gravity:g} m/s2", limit, "choose less gravity, or an earlier end_time")
-        if speed == 0.0 and not self.pressure and not gravity:
-            limit = "more than 0 m/s for a bar without loads"
-            yield Finding("speed", "0 m/s", limit, "give speed, pressure or gravity")
-        if self.pressure and length < least:
-            limit = f"at least {LEAST_CELLS:g} cells under a pressure, {readable(least, 'm')}"
-            yield Finding("bar_length", readable(length, "m"), limit, "raise the resolution (cells per diameter)")
-
-    def _check_pulse(self, end_time: float) -> Iterator[Finding]:
+    def check_pulse(self, end_time: float) -> Iterator[Finding]:
+        """The findings about the table: it needs a pressure, and begins before the end of the run (s)."""
         if self.pulse is None:
             return
         if self.pressure is None:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
-# What each failure has to bear: a plastic strain, at the rates (1/s) of tests in machines and of impacts, cold and
-# half-way to melting.
+# A first plastic strain that no failure may break: at 1/s, as in testing machines, and at the rate of impacts (1/s),
+# cold and half-way to melting.
 FIRST_SLIP, FAST, WARM = 1e-4, 1e5, 0.5
 
 
@@ -113,7 +113,7 @@ class Fracture:
         return record(**material.taken(record), **stated)
 
     def check(self, materials: Materials) -> Iterator[Finding]:
-        """A failure has the numbers that it needs, no other ones, and such that matter slips before it fails."""
+        """A failure has all numbers that it needs and no others, and lets matter slip before it fails."""
         findings = [*self._missing(materials)]
         yield from findings or self._brittle(materials)
 
@@ -147,7 +147,10 @@ class Fracture:
 
 @cache
 def _first_failure(failure: NamedTuple) -> "PointLoading | None":
-    """What breaks whole matter at its first slip, of compression, shear and tension, slow and fast, cold and warm."""
+    """The first load under which whole matter breaks at its first slip; None where it bears all.
+
+    The loads are compression, shear and tension, each slow and fast, cold and warm.
+    """
     from solver.matter.failure import PointLoading, grown_damage
 
     slip = getattr(failure, "threshold", 0.0) + FIRST_SLIP

@@ -20,7 +20,7 @@ def among(*names: str) -> Choice:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodChoice:
-    """The method of a scenario, with what smoothed particles take; a scenario with a choice offers its own."""
+    """The method of a scenario, and the parameters of smoothed particles; a subclass offers a choice of methods."""
 
     artificial_stress: Annotated[
         Dimensionless | None,
