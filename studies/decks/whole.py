@@ -67,9 +67,7 @@ MEASUREMENT = (
         "internal energy of the particles on the grid, the chemical energy of explosives included",
         lambda view: (view.mass * view.energy).sum(),
     ),
-    _momentum(0),
-    _momentum(1),
-    _momentum(2),
+    *map(_momentum, range(3)),
     _sum(
         "largest_pressure",
         "Largest pressure",

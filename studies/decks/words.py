@@ -85,7 +85,7 @@ class Words:
         match = NUMBER.fullmatch(word.text)
         value = math.inf
         if match:
-            power = int(match[2] or 0) + SHIFTS[self.units][kind]
+            power = int(match[2] or 0) + SHIFTS[self.units].get(kind, 0)
             value = float(f"{match[1]}e{power}")
         if not math.isfinite(value):
             word.refuse(f"a number, {name or kind}", "correct it")

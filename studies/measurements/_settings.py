@@ -28,7 +28,6 @@ class BarSetting(Setting):
     """A bar at a wall."""
 
     length: float  # m
-    diameter: float  # m
     speed: float  # m/s
     place: "np.ndarray"  # (n, 3) of each particle in the initial lattice: across, across, along
     references: References

@@ -41,7 +41,6 @@ class BarView(OnGrid):
     width: float  # of a particle across, initially, m
     cell: float  # m
     length: float  # initial, m
-    diameter: float  # initial, m
     speed: float  # initial, towards the wall, m/s
     is_loaded: bool  # whether more than the wall acts on it
     references: References
@@ -71,7 +70,6 @@ def view(setting: BarSetting, snapshot: "Snapshot") -> BarView:
         width=body.spacing[0],
         cell=setting.problem.geometry.spacing,
         length=setting.length,
-        diameter=setting.diameter,
         speed=setting.speed,
         is_loaded=bool(setting.problem.tractions) or any(setting.problem.gravity),
         references=setting.references,

@@ -69,9 +69,9 @@ class BodyShape:
     end: float
     breadth: float  # largest distance from the line of flight, m
     is_round: bool  # a prism of square section where it is not
-    nose: str  # of its end; "blunt" without
-    nose_length: float  # m
-    speed: float  # along the flight, m/s
+    nose: str = "blunt"  # of its end
+    nose_length: float = 0.0  # m
+    speed: float = 0.0  # along the flight, m/s
 
     @property
     def volume(self) -> float:
@@ -239,9 +239,6 @@ class Plugging(SetUp[ImpactSetting, "PlugView"]):
             end=self.plate_thickness,
             breadth=self.radius,
             is_round=self.geometry == "axisymmetric",
-            nose="blunt",
-            nose_length=0.0,
-            speed=0.0,
         )
         return projectile, plate
 

@@ -256,14 +256,11 @@ SCENARIO = Scenario(
         "plateau_pressure",
         "plateau_scatter",
         "plateau_velocity",
-        "flyer_density",
-        "target_density",
-        "flyer_density_from_spacing",
-        "target_density_from_spacing",
-        "flyer_shock_front",
-        "target_shock_front",
-        "flyer_shock_speed",
-        "target_shock_speed",
+        *(
+            f"{plate}_{name}"
+            for name in ("density", "density_from_spacing", "shock_front", "shock_speed")
+            for plate in BODIES
+        ),
         "free_surface_velocity",
         "free_surface_peak",
         "free_surface_minimum",

@@ -188,7 +188,6 @@ class Bar:
             problem=own.numerics.applied_to(own.loading.applied_to(problem), own.method),
             sector=SECTORS[geometry],
             length=own.bar_length,
-            diameter=own.bar_diameter,
             speed=own.speed,
             place=place,
             references=references,

@@ -229,24 +229,19 @@ def eos_of(material: "Material", form: str = HUGONIOT) -> NamedTuple:
 
 def check_eos(form: str, materials: Materials) -> list[Finding]:
     """A form other than the default needs materials that can be written in it."""
-    findings = []
-    for material in materials.values():
-        entry = acting_eos(material.eos.kind, form)
-        if form == HUGONIOT:
-            continue
-        limits = []
+    limits: list[str] = []
+    for material in materials.values() if form != HUGONIOT else ():
+        entry, constants = acting_eos(material.eos.kind, form), material.eos.constants
         if entry.form != form:
             limits.append(f"{material.name} ({material.eos.kind}) has one form")
+            continue
         for name, parameter in declared(entry.record).items():
-            value = material.eos.constants[name]
+            value, least = constants[name], parameter.minimum
             assert value is not None
-            assert parameter.minimum is not None
-            if entry.form == form and value < parameter.minimum:
-                limits.append(
-                    f"{material.name} has {name} = {value:g}, and the {form} is for {parameter.minimum:g} and more"
-                )
-        findings += [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
-    return findings
+            assert least is not None
+            if value < least:
+                limits.append(f"{material.name} has {name} = {value:g}, and the {form} is for {least:g} and more")
+    return [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
 
 
 def check_boiling(tension: str, thermal_softening: bool | None, materials: Materials) -> list[Finding]:

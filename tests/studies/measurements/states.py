@@ -222,7 +222,6 @@ def bar(
             "width": PARTICLE,
             "cell": CELL,
             "length": BAR_LENGTH,
-            "diameter": BAR_DIAMETER,
             "speed": BAR_SPEED,
             "is_loaded": False,
             "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
