@@ -19,17 +19,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise, takewhile
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
-from studies.quantities.parameters import MaterialName, Value, declared, flat
+from studies.quantities.parameters import MaterialName, Plain, Value, declared, flat
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios.parts.impact import Impact, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
-from studies.scenarios.parts.outline import Dimension, Outline, Shape
+from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
 from studies.shields.bumpers import BUMPERS, FurtherBumpers
@@ -216,11 +216,12 @@ class Layer(NamedTuple):
     space: float  # m
 
 
-def _layers(values: Mapping[str, Any]) -> list[Layer]:
+def _layers(values: Mapping[str, Plain]) -> list[Layer]:
     """The bumpers of parameters by name, the outermost first."""
-    spaces = [values["stand_off"], *(values.get(f"{name}_stand_off") or 0.0 for name in BUMPERS[1:])]
+    spaces = ("stand_off", *(f"{name}_stand_off" for name in BUMPERS[1:]))
     layers = (
-        Layer(name, values.get(f"{name}_thickness") or 0.0, space) for name, space in zip(BUMPERS, spaces, strict=True)
+        Layer(name, number(values, f"{name}_thickness"), number(values, space))
+        for name, space in zip(BUMPERS, spaces, strict=True)
     )
     return list(takewhile(lambda layer: layer.thickness, layers))
 
@@ -233,7 +234,7 @@ def _ways(layers: list[Layer]) -> list[float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WhippleShield(ImpactSetUp):
+class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
     """Parameters of a shield."""
 
     experienced = MappingProxyType({"bumper_hole_diameter": "hole_diameter"})
@@ -348,14 +349,14 @@ class WhippleShield(ImpactSetUp):
         if self.shot.debris != "retire":
             limit = "retire: followed debris does not come to the wall"
             yield Finding("debris", str(self.shot.debris), limit, "leave debris out")
-        for number, (sheet, behind) in enumerate(pairwise(self.sheets)):
-            if self._room(number) >= LEAST_ROOM - 1e-9:
+        for place, (sheet, behind) in enumerate(pairwise(self.sheets)):
+            if self._room(place) >= LEAST_ROOM - 1e-9:
                 continue
             least = (LEAST_ROOM + self._before(behind)) * self.shot.projectile_diameter
             away = readable(round_quantity(least), "m")
             limit = f"at least the grid in front of {behind.name} and {LEAST_ROOM:g} projectile diameter, {away}"
             cure = "reduce uprange, or compute the sheets on one grid as a deck"
-            name = "stand_off" if number == 0 else f"{sheet.name}_stand_off"
+            name = "stand_off" if place == 0 else f"{sheet.name}_stand_off"
             yield Finding(name, readable(sheet.stand_off, "m"), limit, cure)
 
     def build(self, materials: Materials) -> Setting:
@@ -364,6 +365,8 @@ class WhippleShield(ImpactSetUp):
         [projectile] = [body for body in setting["problem"].bodies if body.name == "projectile"]
         return ShieldSetting(
             **{**setting, "settles": self._settles(0)},
+            breakup=(),  # no size of fragments is measured
+            melting=(),  # and no melted share
             bumpers=self.stages - 1,
             slowest=SLOWEST * normal_speed,
             momentum=float(projectile.mass.sum()) * normal_speed,
@@ -380,7 +383,7 @@ class WhippleShield(ImpactSetUp):
         last = number == self.stages - 1
         return ("wall_perforated", "wall_bulge") if last else (f"{BUMPERS[number]}_hole_diameter",)
 
-    def next_stage(self, setting: ShieldSetting, outcome: "Outcome", materials: Materials) -> Setting | None:
+    def next_stage(self, setting: ShieldSetting, outcome: "Outcome", materials: Materials) -> ShieldSetting | None:
         """The next sheet, to which the debris of a bumper flies."""
         number = len(setting.before)
         if number + 1 == self.stages:
@@ -426,7 +429,7 @@ class WhippleShield(ImpactSetUp):
         geometry, faces = target.grid()
         nothing, still = np.zeros(0), np.zeros(3)
         gone = [replace(body, position=np.zeros((0, 3)), velocity=still, mass=nothing) for body in before.bodies]
-        return Problem(
+        problem = Problem(
             geometry=geometry,
             bodies=(*gone, target.body(target.target, material, geometry, *target.points(), still)),
             faces=faces,
@@ -436,8 +439,8 @@ class WhippleShield(ImpactSetUp):
             retirement=Retirement(body=len(gone), after=begin + target.clear, expansion=target.expansion),
             arrivals=flight.arrivals,
             books=flight.books,
-            **self.numerics.arguments(),
         )
+        return self.numerics.applied_to(problem)
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""
@@ -459,25 +462,25 @@ class WhippleShield(ImpactSetUp):
             return numbers
         return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
-    def sections(self, setting: Setting) -> "SectionOptions":
+    def sections(self, setting: ShieldSetting) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
-        return SectionOptions() if isinstance(setting, ShieldSetting) and setting.before else super().sections(setting)
+        return SectionOptions() if setting.before else super().sections(setting)
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         before = outline(values, thickness="bumper_thickness", radius="bumper_radius", target="bumper")
-        depth, rim = values.get("wall_thickness"), values.get("wall_radius")
-        if before is None or not values.get("stand_off") or not depth or not rim:
+        depth, rim = number(values, "wall_thickness"), number(values, "wall_radius")
+        if before is None or not number(values, "stand_off") or not depth or not rim:
             return None
-        shapes, dimensions, back = [*before.shapes], [*before.dimensions], values["bumper_thickness"]
-        layers, lean = _layers(values), values.get("obliquity") or 0.0
+        shapes, dimensions, back = [*before.shapes], [*before.dimensions], number(values, "bumper_thickness")
+        layers, lean = _layers(values), number(values, "obliquity")
         ways = _ways(layers)
         front = back + layers[0][2]
         dimensions.append(Dimension("stand_off", (0.0, back), (0.0, front)))
         for (name, thickness, space), way in zip(layers[1:], ways, strict=False):
             aside, back = _aside(lean, way), front + thickness
-            edge = values["bumper_radius"] + WALL_RADIUS * way + aside
+            edge = number(values, "bumper_radius") + WALL_RADIUS * way + aside
             shapes.append(Shape(name, aside - edge, aside + edge, front, back))
             dimensions.append(Dimension(f"{name}_thickness", (aside + edge, front), (aside + edge, back)))
             dimensions.append(Dimension(f"{name}_stand_off", (0.0, back), (0.0, back + space)))

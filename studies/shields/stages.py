@@ -3,22 +3,19 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studies.scenarios.parts.impact import ImpactSetting
+from studies.measurements._settings import CloudSetting
 
 if TYPE_CHECKING:
     from studies.measurements.impact.cloud import CloudView
-    from studies.measurements.impact.matter import Breakup, Melting
     from studies.measurements.impact.view import ImpactView
 
 
 @dataclass(frozen=True)
-class ShieldSetting(ImpactSetting):
+class ShieldSetting(CloudSetting):
     """A stage of a shield: the impact on the first bumper, or that of debris on the next sheet."""
 
     slowest: float  # speed below which matter does not come to the next sheet before its stage ends, m/s
     momentum: float  # momentum of the projectile along the normal of the sheets, N s (per radian in axisymmetry)
-    melting: "tuple[Melting | str, ...]" = ()  # no melted share is measured
-    breakup: "tuple[Breakup, ...]" = ()  # and no size of fragments
     bumpers: int = 1  # of the shield
     before: "tuple[BumperStage, ...]" = ()  # the stages of the bumpers in front
 

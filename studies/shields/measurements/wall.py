@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, OnGrid, Reading, measurement
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.hole import hole_diameter as plate_hole
 from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
@@ -33,7 +34,6 @@ from studies.quantities.measured import CLOSED_BY_FILM, STILL_ATTACHED, STILL_CO
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
-    from studies.scenarios.parts.impact import ImpactSetting
 
 NOT_REACHED = "not_reached"  # no debris has come to the wall yet
 LATE = 0.01  # of the mass that flies to the wall: while more is to come the wall has not settled
@@ -190,7 +190,7 @@ class WallView(OnGrid):
     cell: float  # m
 
 
-def wall_of(setting: "ImpactSetting", snapshot: "Snapshot") -> Wall:
+def wall_of(setting: ImpactSetting, snapshot: "Snapshot") -> Wall:
     """The wall of a snapshot, in a setting whose target it is."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis
