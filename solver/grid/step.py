@@ -37,7 +37,7 @@ from solver.grid.faces import (
 from solver.grid.loads import Loads
 from solver.grid.nodes import ACCELERATION, BEFORE, BLOCK, FORCE, empty_nodes
 from solver.grid.shapes.linear import Linear
-from solver.grid.transfer import StepDamping, StepWork, move_particles, scatter_smoothed, scatter_state
+from solver.grid.transfer import StepDamping, StepWork, move_particles, scatter_smoothed, scatter_state, scatter_surface
 from solver.jit import Bound, kernel
 from solver.problem import Problem, Scheme
 from solver.problem.geometry import dimensions, node_count
@@ -118,6 +118,15 @@ class Field:
         self.kernels.close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
         if dt and not self.loads.is_idle:
             fold_vectors(self.closed, self.loads.table, FORCE)
+
+    def scatter_surface(self, partition: Partition) -> None:
+        """Outward areas of the body at n."""
+        geometry, shape, areas = self.problem.geometry, self.problem.shape, self.nodes.areas
+        areas[:] = 0.0  # ghosts too, in whatever block
+        for ranges in partition.shares[:, self.bodies]:  # into one table, so one after another
+            scatter_surface(geometry, shape, self.packs[0], partition.table, ranges, areas, self.touched[0])
+        fold_vectors(self.closed, areas, FORCE)
+        mirror_vectors(self.closed, areas, FORCE)
 
     def solve(self, dt: float) -> None:
         """v and a at n, and v at n+1; the ghosts' too."""
@@ -204,7 +213,9 @@ class Stepper(Method):
         count = len(problem.bodies)
         bodies = [slice(i, i + 1) for i in range(count)] if problem.contact else [slice(0, count)]
         self.fields = [Field(problem, ours, self.kernels, pool, self.points.packs) for ours in bodies]
-        self.contact = NodalContact(problem, self.fields) if problem.contact else None
+        self.contact = (
+            NodalContact(problem, problem.contact, [field.nodes for field in self.fields]) if problem.contact else None
+        )
 
     def carried(self) -> dict[str, np.ndarray]:
         """Arrays that pass from step to step beside the particles."""
@@ -254,6 +265,8 @@ class Stepper(Method):
             field.scatter(partition)  # m, p, f at n
             field.load(partition, end - dt, dt, impulse)
         if self.contact:
+            for field in self.fields:
+                field.scatter_surface(partition)
             self.contact.add_forces(partition.table, partition.shares, self.points.packs[0], dt)
         for field in self.fields:
             field.solve(dt)  # v at n+1

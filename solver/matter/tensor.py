@@ -6,7 +6,7 @@ neither shears nor turns out of the plane 1-2, is of a type of its own, because 
 Shear components are tensor components, not engineering strains.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from solver.jit import device, generic, implements, overridable
 from solver.vectors import sqrt
@@ -15,9 +15,9 @@ from solver.vectors import sqrt
 class PlaneGradient(NamedTuple):
     """The rows of a velocity gradient whose components 13, 23, 31 and 32 are zero; 1/s."""
 
-    first: tuple[Any, Any, Any]
-    second: tuple[Any, Any, Any]
-    third: tuple[Any, Any, Any]
+    first: tuple[float, float, float]
+    second: tuple[float, float, float]
+    third: tuple[float, float, float]
 
 
 @device

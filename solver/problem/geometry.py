@@ -16,11 +16,11 @@ of ghost nodes, because wide shapes reach over it; what they receive is folded b
 (k * nodes[0] + i) * nodes[1] + j: plates lie across the third axis, and so their nodes lie together in memory.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import generic, gives, implements
+from solver.jit import device, generic, gives, implements
 
 AXES = 3
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
@@ -29,19 +29,22 @@ MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reache
 class Cartesian3D(NamedTuple):
     """A grid of cubes, in coordinates x, y, z."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m
-    cells: Any  # (3,) int64, of the domain; 0 along an axis without extent
-    nodes: Any  # (3,) int64, ghosts included
+    cells: np.ndarray  # (3,) int64, of the domain; 0 along an axis without extent
+    nodes: np.ndarray  # (3,) int64, ghosts included
 
 
 class Axisymmetric(NamedTuple):
     """A grid of square cells in the r-z half plane, whose lower corner has r = 0; the fields are those of a box."""
 
-    lower: Any
+    lower: np.ndarray
     spacing: float
-    cells: Any
-    nodes: Any
+    cells: np.ndarray
+    nodes: np.ndarray
+
+
+Geometry = Cartesian3D | Axisymmetric
 
 
 def node_count(geometry):
@@ -61,20 +64,20 @@ def unpacked(geometry):
     """The geometry with tuples in place of arrays, for inner loops: tuples need no reference counts."""
 
 
+@device
+def triple(array):
+    """The three numbers of an array as a tuple."""
+    return array[0], array[1], array[2]
+
+
 @implements(unpacked, Cartesian3D)
 def unpacked_of_box(geometry):
-    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
-    return Cartesian3D(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
-    )
+    return Cartesian3D(triple(geometry.lower), geometry.spacing, triple(geometry.cells), triple(geometry.nodes))
 
 
 @implements(unpacked, Axisymmetric)
 def unpacked_of_axisymmetric(geometry):
-    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
-    return Axisymmetric(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
-    )
+    return Axisymmetric(triple(geometry.lower), geometry.spacing, triple(geometry.cells), triple(geometry.nodes))
 
 
 @generic

@@ -4,13 +4,13 @@ Of particles on a grid these are sums over their nodes, for which a pack of them
 (``Scattered``) and integration points of elements (``ElementPoints``) have them as lines of a table already.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from solver.jit import device, generic, gives, implements, overridable
 from solver.matter.tensor import PlaneGradient
-from solver.problem.geometry import AXES, Axisymmetric, dimensions, hoop_factor, unpacked
+from solver.problem.geometry import AXES, Axisymmetric, dimensions, hoop_factor, triple, unpacked
 from solver.state import S11, S12, S22, S23, S31, S33, lines
 from solver.vectors import LANES, bare, element, line, load, set_line, spread, store_whole, transposed, where
 
@@ -133,33 +133,30 @@ def set_columns(lines, row, a, b, c, d, e, f, g, h):
 class Scattered(NamedTuple):
     """The box that particles stay in; the first so many axes have extent."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m, of the problem's cells
-    cells: Any  # (3,) int64
+    cells: np.ndarray  # (3,) int64
     axes: int
 
 
 class ElementPoints(NamedTuple):
     """The box of the problem, and the length of the element of each integration point."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m, of the problem's cells
-    cells: Any  # (3,) int64
-    lengths: Any  # (1, n) m
+    cells: np.ndarray  # (3,) int64
+    lengths: np.ndarray  # (1, n) m
 
 
 @implements(unpacked, Scattered)
 def unpacked_of_scattered(geometry):
-    lower, cells = geometry.lower, geometry.cells
-    return Scattered((lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), geometry.axes)
+    return Scattered(triple(geometry.lower), geometry.spacing, triple(geometry.cells), geometry.axes)
 
 
 @implements(unpacked, ElementPoints)
 def unpacked_of_element_points(geometry):
-    lower, cells = geometry.lower, geometry.cells
-    return ElementPoints(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), bare(geometry.lengths)
-    )
+    lower, cells = triple(geometry.lower), triple(geometry.cells)
+    return ElementPoints(lower, geometry.spacing, cells, bare(geometry.lengths))
 
 
 @implements(dimensions, Scattered)

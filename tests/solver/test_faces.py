@@ -148,9 +148,9 @@ def test_face__closes_the_balances_of_a_bar_that_hits_it(face: Face, shape: Any)
     simulation = start(Problem(geometry, (bar,), faces, end_time=1.0, shape=shape), threads=1)
     impulses = []
     while simulation.time < 6e-6:
-        before = simulation.impulse[2]
+        before = simulation.books.impulse[2]
         simulation.advance()
-        impulses.append(simulation.impulse[2] - before)
+        impulses.append(simulation.books.impulse[2] - before)
     assert max(impulses) > 0.0
     assert (min(impulses) >= 0.0) == (face == Face.WALL)
     audit = simulation.audit()
@@ -167,5 +167,5 @@ def test_face__is_where_the_momentum_of_a_pressed_block_goes(upper: Face, expect
     simulation.particles.pressure[:] = pressure = 1e9
     dt = simulation.dt
     simulation.advance()
-    push = simulation.impulse[2] / (pressure * (2.0 * SPACING) ** 2 * dt)
+    push = simulation.books.impulse[2] / (pressure * (2.0 * SPACING) ** 2 * dt)
     assert push == pytest.approx(expected, abs=1e-9)

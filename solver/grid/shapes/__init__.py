@@ -5,9 +5,9 @@ in ``shape``. Contract: weights sum to one, slopes to zero, and the weighted nod
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from solver.jit import generic
+from solver.jit import Record, generic
 
 
 class ShapeEntry(NamedTuple):
@@ -15,7 +15,7 @@ class ShapeEntry(NamedTuple):
 
     name: str  # as ``shape`` in a sweep names it
     record: type
-    make: Callable[[int], Any]  # the record for so many particles per cell along each direction
+    make: Callable[[int], Record]  # the record for so many particles per cell along each direction
     flat_cost: float  # s per particle-step in axisymmetry, for estimates
     box_cost: float  # s per particle-step in three dimensions
 

@@ -13,10 +13,26 @@ rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
-from solver.jit import device, generic, overridable
+from solver.jit import Record, device, generic, overridable
 from solver.vectors import maximum
+
+
+class EosRecord(Record, Protocol):
+    """The parameters of an equation of state."""
+
+    @property
+    def density(self) -> float:
+        """Density of the reference state, kg/m3."""
+
+    @property
+    def heat_capacity(self) -> float:
+        """Heat capacity at constant volume, J/(kg K)."""
+
+    @property
+    def temperature(self) -> float:
+        """Temperature of the reference state, K."""
 
 
 class EosEntry(NamedTuple):
@@ -24,7 +40,7 @@ class EosEntry(NamedTuple):
 
     name: str  # as a material file names it
     record: type  # parameter record; the device functions are chosen by it
-    make: Callable[..., Any]  # the complete record, from its fields without default
+    make: Callable[..., EosRecord]  # the complete record, from its fields without default
     kind: str = ""  # name of another form whose materials this one can compute too
     # As ``eos_form`` in a sweep names it: for materials of its kind, or of any where it needs no constant of its own.
     form: str = ""

@@ -11,9 +11,11 @@ where a file gives ``opens`` and ``void_fraction``: there the pressure is that o
 failed carries no tension, and no shear without a ``rubble_friction`` of its matter.
 """
 
+import math
 from typing import NamedTuple
 
-from solver.jit import generic, overridable
+from solver.jit import device, generic, overridable
+from solver.vectors import where
 
 
 class FailureEntry(NamedTuple):
@@ -70,3 +72,9 @@ def void_fraction(failure, damage):
 def floor_until_failure(failure, floor):
     """Lowest pressure in Pa until matter fails; by default the ``floor`` of the rule of tension."""
     return floor
+
+
+@device
+def without_floor(failure, floor):
+    """No lowest pressure but that of molten matter, which is 0: for failures that limit tension themselves."""
+    return where(floor < 0.0, -math.inf, floor)

@@ -7,7 +7,7 @@ The integral of the tension limits it, so the tensile floor does not, as in ``sp
 from typing import Annotated, NamedTuple
 
 from solver.jit import gives, implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, integrity, weakens
+from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, integrity, weakens, without_floor
 from solver.matter.failure.johnson_cook import JohnsonCookDamage
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
@@ -50,7 +50,4 @@ def integrity_of_johnson_cook_spall(failure, damage):
     return where(damage < 1.0, 1.0 - failure.critical_damage * damage, 0.0)
 
 
-@implements(floor_until_failure, JohnsonCookSpall)
-def floor_until_failure_of_johnson_cook_spall(failure, floor):
-    tension = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
-    return floor_until_failure(tension, floor)
+implements(floor_until_failure, JohnsonCookSpall)(without_floor)

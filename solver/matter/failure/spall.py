@@ -12,11 +12,10 @@ strength it would hold sigma at sigma0, and nothing would ever fail. Molten matt
 tension says so.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, without_floor
 from solver.units import Described, Dimensionless, FromMaterial, Pascal, Second
 from solver.vectors import maximum, minimum, power, where
 
@@ -48,6 +47,4 @@ def grown_damage_of_spall(failure, damage, loading):
     return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
 
 
-@implements(floor_until_failure, Spall)
-def floor_until_failure_of_spall(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten
+implements(floor_until_failure, Spall)(without_floor)

@@ -14,11 +14,10 @@ limits tension, so the tensile floor does not; molten matter bears none where th
 particles that scatter behind a shock count with the power 1/m - 1.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, without_floor
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import maximum, minimum, power, where
 
@@ -43,6 +42,4 @@ def grown_damage_of_rate_dependent_spall(failure, damage, loading):
     return minimum(damage + where(tension > 0.0, grown, 0.0), 1.0)
 
 
-@implements(floor_until_failure, RateDependentSpall)
-def floor_until_failure_of_rate_dependent_spall(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten
+implements(floor_until_failure, RateDependentSpall)(without_floor)

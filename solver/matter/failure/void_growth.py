@@ -25,7 +25,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from solver.jit import device, gives, implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, opens, void_fraction
+from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, opens, void_fraction, without_floor
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import anywhere, log, maximum, minimum, power, where
@@ -88,6 +88,4 @@ def _root(factor, exponent, total):
     return x
 
 
-@implements(floor_until_failure, VoidGrowth)
-def floor_until_failure_of_void_growth(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten
+implements(floor_until_failure, VoidGrowth)(without_floor)
