@@ -1,10 +1,10 @@
 """Compilation of the physics to machine code; numba is imported here and in ``vectors/`` alone, with the first kernel.
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
-``generic``     a device function chosen by the *type* of its first argument, a parameter record
-``overridable`` the same with a text of its own, for all records that bring none
-``implements``  registers the text of a generic function for one record type
-``gives``       registers a constant in the place of a text
+``generic``     a device function chosen by the *type* of its first argument, a parameter record: its method of the same
+                name
+``overridable`` the same with a text of its own, for all records that have no such method
+``implements``  gives a record of a lower room a method
 ``kernel``      a compiled loop over particles or nodes, cached on disk
 
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
@@ -163,45 +163,42 @@ def device(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def generic(declaration: Callable[P, R]) -> Callable[P, R]:
-    """A function whose text depends on the type of its first argument; ``implements`` adds the texts."""
-    return _chosen_by_type(declaration, {})
+    """A function whose text is the method of its name that the type of its first argument, a record, has."""
+    return _chosen_by_type(declaration, None)
 
 
 def overridable(text: Callable[P, R]) -> Callable[P, R]:
-    """A generic function whose own text serves all records that bring none."""
-    return _chosen_by_type(text, {object: text})
+    """A generic function whose own text serves all records that have no such method."""
+    return _chosen_by_type(text, text)
 
 
-def _chosen_by_type(declaration: Callable[P, R], texts: dict[type, Callable[P, R]]) -> Callable[P, R]:
+def _chosen_by_type(declaration: Callable[P, R], default: Callable[P, R] | None) -> Callable[P, R]:
+    name = declaration.__name__
+
     @functools.wraps(declaration)
     def dispatch(*arguments: P.args, **keywords: P.kwargs) -> R:
         kind = type(arguments[0])
-        return texts[kind if kind in texts or object not in texts else object](*arguments, **keywords)
+        text: Callable[P, R] = getattr(kind, name, default) if default else getattr(kind, name)
+        return text(*arguments, **keywords)
 
     def choose(record, *arguments):  # by types of numba
-        return texts.get(getattr(record, "instance_class", type(None)), texts.get(object))
+        return getattr(getattr(record, "instance_class", None), name, default)
 
     @when_compiling
     def register() -> None:
         _numba().extending.overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
 
-    vars(dispatch)["texts"] = texts
     return dispatch
 
 
 def implements(function: Callable[P, R], record: type) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Register the decorated function as the text of a generic function for one record type."""
+    """Make the decorated function the method of a record, of a lower room, that is the text of a generic function."""
 
     def register(text: Callable[P, R]) -> Callable[P, R]:
-        vars(function)["texts"][record] = text
+        setattr(record, function.__name__, text)
         return text
 
     return register
-
-
-def gives(function: Callable[P, R], record: type, value: R) -> None:
-    """Register a constant as what a generic function gives for one record type."""
-    vars(function)["texts"][record] = lambda record, *arguments: value
 
 
 def kernel(function: Callable[P, R]) -> Kernel[P, R]:

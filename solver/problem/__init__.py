@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from solver.errors import ProblemError
 from solver.jit import Record
-from solver.matter.eos import burns, pressure_terms, temperature
+from solver.matter.eos import burns, pressure_terms, temperature_at
 from solver.matter.laws import Matter
 from solver.matter.tensor import Jaumann, Unturned
 from solver.problem.geometry import Geometry
@@ -92,7 +92,7 @@ class Body:
         particles.energy[:] = self.energy
         a, b = pressure_terms(eos, self.density, self.energy)
         particles.pressure[:] = a + b * self.energy
-        particles.temperature[:] = temperature(eos, self.density, self.energy)
+        particles.temperature[:] = temperature_at(eos, self.density, self.energy)
 
 
 class ArtificialViscosity(NamedTuple):

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import device, generic, gives, implements, overridable
+from solver.jit import device, generic, implements, overridable
 from solver.matter.tensor import PlaneGradient
-from solver.problem.geometry import AXES, Axisymmetric, dimensions, hoop_factor, triple, unpacked
+from solver.problem.geometry import AXES, Axisymmetric, triple
 from solver.state import S11, S12, S22, S23, S31, S33, lines
 from solver.vectors import LANES, bare, element, line, load, set_line, spread, store_whole, transposed, where
 
@@ -138,6 +138,15 @@ class Scattered(NamedTuple):
     cells: np.ndarray  # (3,) int64
     axes: int
 
+    def hoop_factor(self, first):
+        return 0.0
+
+    def unpacked(self):
+        return Scattered(triple(self.lower), self.spacing, triple(self.cells), self.axes)
+
+    def dimensions(self):
+        return self.axes
+
 
 class ElementPoints(NamedTuple):
     """The box of the problem, and the length of the element of each integration point."""
@@ -147,32 +156,19 @@ class ElementPoints(NamedTuple):
     cells: np.ndarray  # (3,) int64
     lengths: np.ndarray  # (1, n) m
 
+    def hoop_factor(self, first):
+        return 0.0
 
-@implements(unpacked, Scattered)
-def unpacked_of_scattered(geometry):
-    return Scattered(triple(geometry.lower), geometry.spacing, triple(geometry.cells), geometry.axes)
+    def dimensions(self):
+        return AXES
 
+    def unpacked(self):
+        lower, cells = triple(self.lower), triple(self.cells)
+        return ElementPoints(lower, self.spacing, cells, bare(self.lengths))
 
-@implements(unpacked, ElementPoints)
-def unpacked_of_element_points(geometry):
-    lower, cells = triple(geometry.lower), triple(geometry.cells)
-    return ElementPoints(lower, geometry.spacing, cells, bare(geometry.lengths))
-
-
-@implements(dimensions, Scattered)
-def dimensions_of_scattered(geometry):
-    return geometry.axes
-
-
-gives(dimensions, ElementPoints, AXES)
-gives(hoop_factor, Scattered, 0.0)
-gives(hoop_factor, ElementPoints, 0.0)
-
-
-@implements(own_length, ElementPoints)
-def own_length_of_element_points(geometry, p, lanes):
-    length = load(geometry.lengths, 0, p, lanes)
-    return where(length > 0.0, length, geometry.spacing)
+    def own_length(self, p, lanes):
+        length = load(self.lengths, 0, p, lanes)
+        return where(length > 0.0, length, self.spacing)
 
 
 @implements(find_nodes, ElementPoints)

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from solver.matter.eos import pressure_terms, sound_speed_squared, temperature
+from solver.matter.eos import pressure_terms, sound_speed_squared, temperature_at
 from solver.matter.laws import Matter
 from solver.matter.melting import melted_share, melting_point, onset_of_melting, residual_energy
 from solver.matter.stress import PointState, advance
@@ -55,7 +55,7 @@ def _lindemann(name: str, of: Matter, ratio: float) -> float:
 
 def _heated(of: Matter, ratio: float, kelvin: float) -> float:
     """The energy (J/kg) to which the equation of state gives a temperature at a density ratio."""
-    return float(of.eos.heat_capacity * (kelvin - temperature(of.eos, ratio * of.eos.density, 0.0)))
+    return float(of.eos.heat_capacity * (kelvin - temperature_at(of.eos, ratio * of.eos.density, 0.0)))
 
 
 def _held(of: Matter, ratio: float, energy: float) -> tuple[PointState, bool]:
@@ -194,7 +194,7 @@ def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
         point = melting_point(body.matter, particles.density[mine] / eos.density)
         on_plateau = np.abs(particles.temperature[mine] / point - 1.0) < EXACT
         melting += int(on_plateau.sum())
-        felt = particles.temperature[mine] - temperature(eos, particles.density[mine], particles.energy[mine])
+        felt = particles.temperature[mine] - temperature_at(eos, particles.density[mine], particles.energy[mine])
         lower = min(lower, float(felt.min()))
     compared(equal("some matter is melting", expected=True, got=melting > 0))
     compared(equal("and cooler for it", expected=True, got=lower < -1.0))

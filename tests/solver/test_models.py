@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared, temperature_at
 from solver.matter.eos.jwl import burnt_fraction, lighting_times
 from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.eos.polynomial import Polynomial
@@ -40,7 +40,7 @@ PRINTED_KELVIN = 0.501
 def test_closed_form__is_as_hot_on_the_hugoniot_as_published(particle_speed: float, kelvin: float) -> None:
     eos = made("mie-grueneisen")
     _, _, density = shock(eos, particle_speed)
-    assert abs(temperature(eos, density, 0.5 * particle_speed**2) - kelvin) <= PRINTED_KELVIN
+    assert abs(temperature_at(eos, density, 0.5 * particle_speed**2) - kelvin) <= PRINTED_KELVIN
 
 
 @pytest.mark.parametrize("particle_speed", list(HUGONIOT_KELVIN))

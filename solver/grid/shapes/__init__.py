@@ -1,6 +1,6 @@
 """Shape functions along one axis; the geometry multiplies them together.
 
-A file adds one: a parameter record under ``SHAPE`` and the two functions below for its type. A sweep chooses it by name
+A file adds one: a parameter record under ``SHAPE`` with the two functions below as methods. A sweep chooses it by name
 in ``shape``. Contract: weights sum to one, slopes to zero, and the weighted node coordinates to the particle's own.
 """
 

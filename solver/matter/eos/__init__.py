@@ -1,7 +1,7 @@
 """Equations of state: pressure as a function of density and internal energy.
 
-A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
-functions below implemented for its type, without ``if``, so that they act on eight points at a time. A material file
+A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, with the
+functions below as its methods, without ``if``, so that they act on eight points at a time. A material file
 gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` are those of the rest of
 the material; ``make`` computes the others, which have defaults. A form with any other field is for verification alone.
 ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
@@ -64,7 +64,7 @@ def sound_speed_squared(eos, density, energy, pressure):
 
 
 @generic
-def temperature(eos, density, energy):
+def temperature_at(eos, density, energy):
     """Temperature in K of matter with a specific internal energy in J/kg; may fall below zero, the caller counts."""
 
 
