@@ -75,7 +75,7 @@ def _split(made: Simulation) -> dict[str, float]:
     def timed(bound: Bound, *arguments: Any) -> Any:
         begin = time.process_time()
         answer = call(bound, *arguments)
-        spent[bound.kernel.__name__] += time.process_time() - begin
+        spent[bound.kernel.py_func.__name__] += time.process_time() - begin
         return answer
 
     with mock.patch.object(Bound, "__call__", timed):
