@@ -83,7 +83,7 @@ class BumperStage:
     """The end of a bumper's stage, and the flight from there; masses in kg (per radian in axisymmetry)."""
 
     bumper: Any  # studies.measurements.impact.view.ImpactView
-    cloud: Any  # studies.measurements.cloud.CloudView
+    cloud: Any  # studies.measurements.impact.cloud.CloudView
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
@@ -441,7 +441,7 @@ class WhippleShield(ImpactSetUp):
         geometry, faces = target.grid()
         nothing, still = np.zeros(0), np.zeros(3)
         gone = [replace(each, position=np.zeros((0, 3)), velocity=still, mass=nothing) for each in before.bodies]
-        return Problem(
+        problem = Problem(
             geometry=geometry,
             bodies=(*gone, target.body(target.target, material, geometry, *target.points(), still)),
             faces=faces,
@@ -451,8 +451,8 @@ class WhippleShield(ImpactSetUp):
             retirement=Retirement(body=len(gone), after=begin + target.clear, expansion=target.expansion),
             arrivals=flight.arrivals,
             books=flight.books,
-            **self.numerics.arguments(),
         )
+        return self.numerics.applied_to(problem)
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""

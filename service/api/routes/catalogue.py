@@ -76,7 +76,7 @@ def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listi
 @written_once("/scenarios", Items[ScenarioModel])
 def list_scenarios() -> Items[ScenarioModel]:
     """Every scenario, with unit, bounds, default and meaning of its parameters."""
-    return Items(items=[ScenarioModel(**scenarios.load(name).describe()) for name in scenarios.names()])
+    return Items(items=[ScenarioModel.model_validate(scenarios.load(name).describe()) for name in scenarios.names()])
 
 
 @written_once("/materials", CatalogueModel)

@@ -12,11 +12,10 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
 from studies.measurements import History, Reading
+from studies.measurements._settings import Breakup, Melting
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
 from studies.measurements.impact.cloud import CloudView
-from studies.measurements.impact.connected import connected
-from studies.measurements.impact.matter import Breakup, Melting
-from studies.measurements.impact.view import ImpactView
+from studies.measurements.impact.view import ImpactView, connected
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
@@ -223,7 +222,6 @@ def bar(
             "width": PARTICLE,
             "cell": CELL,
             "length": BAR_LENGTH,
-            "diameter": BAR_DIAMETER,
             "speed": BAR_SPEED,
             "is_loaded": False,
             "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
