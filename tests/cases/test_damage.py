@@ -74,7 +74,8 @@ def _ductility(failure: Any, held: Held) -> float:
 def _stress(failure: Any, held: Held, strain: float, limit: float) -> float:
     """(1 - D) [A + B r^n] (1 + rate*)^C (1 - T*^m), Pa: D and r integrated over the strain."""
     law = matter(WELDOX).strength
-    assert isinstance(law, ModifiedJohnsonCook) and law.m is not None
+    assert isinstance(law, ModifiedJohnsonCook)
+    assert law.m is not None
     grown = max(strain - failure.threshold, 0.0)
     slope = failure.critical_damage / (limit - failure.threshold)
     hardened = strain - 0.5 * slope * grown * grown
@@ -90,6 +91,7 @@ def _sheared(of: Matter, held: Held, end: float, steps: int) -> tuple[list[Point
     softer, so that the stress changes with it by some 1e-8.
     """
     solid = of.eos
+    assert isinstance(solid, LinearElastic)
     kelvin = of.room_temperature + held.homologous * (of.melt_temperature - of.room_temperature)
     gradient, dt = held.rate * STRETCH, end / held.rate / steps
     states = [PointState(solid.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)]

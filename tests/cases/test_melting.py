@@ -107,7 +107,7 @@ def test_melting__has_the_pressure_the_plateau_and_the_heat_of_the_formula(
 def test_melting__comes_where_an_isentrope_meets_the_curve(name: str, compared: Callable[[Row], None]) -> None:
     """A hot point that expands at constant entropy melts at the pressure at which its isentrope meets the curve."""
     of = _fluid(name)
-    eos, dense, thin = of.eos, 1.3, 1.05
+    eos, dense, thin = _form(of), 1.3, 1.05
 
     def kelvin(ratio: float) -> float:
         """T on the isentrope through a point just solid at 1.15 of the density: gamma rho is constant."""
