@@ -7,10 +7,9 @@ found when rows and engine are compared.
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
@@ -28,7 +27,7 @@ from service.queue.verification import Verification
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.settings import Settings
 from service.store import Store
-from service.workers.attempt import Attempt, Ending
+from service.workers.attempt import Attempt, Ending, Publication
 from service.workers.timings import Timings
 from solver import PHYSICS_VERSION
 from studies.runs.results import OTHER_PHYSICS
@@ -322,7 +321,7 @@ class Leader:
             key=lease.key,
             kind=lease.kind,
             directory=str(directory),
-            spec=lease.spec if is_run else self._publication(lease),
+            spec=lease.spec or self._publication(lease),
             seconds_limit=self._settings.run_seconds_limit,
             targets=self._settings.targets_module,
             run=lease.id if is_run else None,
@@ -333,13 +332,14 @@ class Leader:
             stall_seconds=self._settings.stall_seconds,
         )
 
-    def _publication(self, lease: Lease) -> Mapping[str, Any]:
+    def _publication(self, lease: Lease) -> Publication:
         """The sweep document and the outcomes of its runs, from which cube and report are made."""
         assert lease.sweep_id is not None
-        document, outcomes = self._store.publications.inputs(lease.sweep_id)
-        root = self._artifacts.root
-        ended = [outcome.as_json(root) for outcome in outcomes]
-        publication: dict[str, Any] = {"document": document, "outcomes": ended}
+        document, runs = self._store.publications.inputs(lease.sweep_id)
+        publication: Publication = {
+            "document": document,
+            "outcomes": [run.as_json(self._artifacts.root) for run in runs],
+        }
         renewals = self._store.renewals
         if renewals.physics_of(lease.sweep_id) != PHYSICS_VERSION:  # this version gives its runs other ids
             publication["places"] = renewals.coordinates(lease.sweep_id)

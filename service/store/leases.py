@@ -5,13 +5,13 @@ that is no longer the last one of its job has no effect (False, or None).
 """
 
 from bisect import bisect_left
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import RUN_SECONDS, Cause, CrashCount, Keep, Lease, Result, State, Stored
+from service.records.jobs import RUN_SECONDS, AttemptProgress, Cause, CrashCount, Keep, Lease, Result, State, Stored
 from service.store import transitions
 from service.store.connection import Database
 from service.store.events import log_attempts
@@ -24,13 +24,13 @@ from service.store.tables import (
     IS_QUEUED,
     IS_UNDER_WAY,
     JOBS,
-    POINTS,
     PUBLISH_PRIORITY,
     RESULTS,
     TERMS,
     StatementRow,
     insert_into,
     now,
+    sweeps_waiting_for,
 )
 
 
@@ -80,13 +80,10 @@ class Leases:
 
     def held(self) -> tuple[Lease, ...]:
         """Every job that is running or being stopped, whatever the term of its lease."""
-        with self._database.reading() as connection:
-            rows = connection.execute(sa.select(*transitions.LEASE_COLUMNS).where(IS_UNDER_WAY))
-            return tuple(_running(transitions.lease_record(row)) for row in rows)
+        rows = self._database.rows(sa.select(*transitions.LEASE_COLUMNS).where(IS_UNDER_WAY))
+        return tuple(_running(transitions.lease_record(row)) for row in rows)
 
-    # --- progress --------------------------------------------------------------------------------
-
-    def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+    def record_progress(self, news: Sequence[tuple[Lease, AttemptProgress]]) -> None:
         """Note the last message about each of these attempts, and the step of its last checkpoint."""
         with self._database.writing() as connection:
             transitions.note_progress(connection, news)
@@ -176,8 +173,7 @@ class Leases:
 
 def _is_of(lease: Lease) -> sa.ColumnElement[bool]:
     """The publication is of a sweep that the leased run counts for."""
-    using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id, ~POINTS.c.detached)
-    return JOBS.c.sweep_id.in_(using)
+    return JOBS.c.sweep_id.in_(sweeps_waiting_for(lease.id))
 
 
 def _running(lease: Lease) -> Lease:
@@ -185,7 +181,7 @@ def _running(lease: Lease) -> Lease:
     return replace(lease, keep=Keep.NUMBERS)
 
 
-def _standing(term: int) -> sa.Select[Any]:
+def _standing(term: int) -> sa.Select[datetime | None, bool]:
     """Whether the queue is paused, and whether a later term has ended this one."""
     later = sa.exists().where(TERMS.c.term > term)
     return sa.select(CONTROL.c.paused, later.label("has_ended"))

@@ -31,6 +31,7 @@ from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
+from tests.service.support.attempts import published
 from tests.service.support.fakes import DEADLINE, open_store, run_id, runs_of, settings_in
 from tests.service.support.harness import Harness, open_harness
 
@@ -156,7 +157,7 @@ def test_publication__brings_results_and_sections_back(harness: Harness) -> None
     Path(publication.directory).mkdir(parents=True)
     losses = [
         {"run_id": each["run_id"], "path": each["path"], "sha256": each["sha256"]}
-        for each in publication.spec["outcomes"]
+        for each in published(publication)["outcomes"]
     ]
     (Path(publication.directory) / "losses.json").write_text(json.dumps(losses))
     with away("get_file"):
