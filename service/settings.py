@@ -2,9 +2,10 @@
 
 import json
 import os
+from collections.abc import Iterable
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 from urllib.parse import quote
 
 from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo, field_validator
@@ -144,7 +145,7 @@ class Settings(BaseSettings):
 
     @field_validator("trusted_proxy", mode="before")
     @classmethod
-    def _is_list_of_addresses(cls, value: Any) -> tuple[Network, ...]:
+    def _is_list_of_addresses(cls, value: "str | Iterable[Network | str]") -> tuple[Network, ...]:
         """Proxies are trusted by their addresses."""
         try:
             places = json.loads(value) if isinstance(value, str) else value
@@ -156,7 +157,7 @@ class Settings(BaseSettings):
 
     @field_validator("threads", mode="before")
     @classmethod
-    def _is_number_or_auto(cls, value: Any) -> Any:
+    def _is_number_or_auto(cls, value: str | int | None) -> str | int | None:
         if value == AUTO:
             return None
         if isinstance(value, str) and not (value.isascii() and value.isdigit() and int(value)):

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Protocol
 
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
@@ -19,7 +20,6 @@ from service.queue import searching
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
-from service.queue.keepers import Kept, keepers
 from service.queue.registration import Registrar
 from service.queue.renewal import Expand, Renewer
 from service.queue.scrubbing import Scrubber
@@ -30,6 +30,7 @@ from service.store import Store
 from service.workers.attempt import Attempt, Ending, Publication
 from service.workers.timings import Timings
 from solver import PHYSICS_VERSION
+from solver.registry import points
 from studies.runs.results import OTHER_PHYSICS
 
 log = logging.getLogger(__name__)
@@ -38,6 +39,16 @@ MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
 REFUSED = "the engine accepts no work; see the log"
 UNKNOWN = "unknown"  # the store may have the reason of another leader
+
+
+class Keeper(Protocol):
+    """Keeps registered files; features keep those of a bucket, by the entry points ``whipple.service.queue.keepers``.
+
+    It is made of settings, store, artifacts, clock watch and scrubber.
+    """
+
+    def step(self) -> None:
+        """Do a bounded part of the work, or begin to; called at some ticks."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +71,11 @@ class Leader:
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
         clock = ClockWatch(settings, store)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
-        self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._keepers = keepers(Kept(settings, store, self._artifacts, self._space, clock, self._scrubber))
+        scrubber = Scrubber(settings, store, self._artifacts, timings)
+        self._keepers: list[Keeper] = [scrubber]  # one of a bucket lets the scrubber take its steps
+        if self._artifacts.bucket is not None:
+            keepers = [point.load() for point in points("service.queue.keepers")]
+            self._keepers = [keeper(settings, store, self._artifacts, clock, scrubber) for keeper in keepers]
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()
@@ -113,7 +127,7 @@ class Leader:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
                 if is_due:
                     self._collector.step()
-                    for keeper in self._keepers or [self._scrubber]:
+                    for keeper in self._keepers:
                         keeper.step()
         finally:
             self._store_blocked_reason()

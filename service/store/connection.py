@@ -71,7 +71,10 @@ POSTGRESQL = {
 
 
 class Database:
-    """A database; every use of it is one short transaction."""
+    """A database; every use of it is one short transaction.
+
+    Raises StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision.
+    """
 
     def __init__(self, url: str, migrations: str = "service:migrations", revision: str = REVISION):
         self.url = sa.make_url(url)
@@ -82,6 +85,9 @@ class Database:
         self._file: OpenFile | None = None
         is_file = self.is_sqlite and self.url.database not in (None, "", ":memory:")
         self._path = Path(str(self.url.database)) if is_file else None
+        present = None if self._path is None else _revision_of(self._path)
+        if present not in (None, revision) and present not in self._revisions():
+            raise self._refusal(present)
         self._engine = sa.create_engine(
             self.url,
             json_serializer=_as_json,
@@ -177,12 +183,6 @@ class Database:
             else:
                 raise self._refusal(present)
             owned_bytes.install(connection)
-
-    def check_origin(self) -> None:
-        """Raise StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision."""
-        present = None if self._path is None else _revision_of(self._path)
-        if present not in (None, self._newest, *self._revisions()):
-            raise self._refusal(present)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""

@@ -238,8 +238,8 @@ def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
     """The parameters that the youngest sweep of a run names."""
     if not places:
         return set()
-    document = store.sweeps.document(places[0].sweep_id)
-    return {*places[0].coordinates, *document.get("fixed", {}), RESOLUTION}
+    fixed = store.sweeps.document(places[0].sweep_id).get("fixed")
+    return {*places[0].coordinates, *(fixed if isinstance(fixed, dict) else {}), RESOLUTION}
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,10 @@ from service.bucket.keeping import HOUR, BucketKeeper
 from service.cli.backup import back_up
 from service.cli.doctor import CheckStatus, check_bucket
 from service.files.artifacts import Artifacts
-from service.files.disk_space import Space
 from service.files.stores import FilesAway
 from service.queue import data_identity as identity
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import forget_lost_states
-from service.queue.keepers import Kept
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
@@ -63,9 +61,8 @@ def http(harness: Harness, **settings: object) -> TestClient:
 def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
-    space = Space(chosen.data, chosen.disk_reserve)
     clock = ClockWatch(chosen, harness.store)
-    keeper = BucketKeeper(Kept(chosen, harness.store, harness.artifacts, space, clock, harness.scrubber()))
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, clock, harness.scrubber())
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.jobs import Cause, Keep, Kind, State
-from service.workers.attempt import AttemptProgress, ProgressMessage
+from service.records.jobs import AttemptProgress, Cause, Keep, Kind, State
+from service.workers.attempt import ProgressMessage
 from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun

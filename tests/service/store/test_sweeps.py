@@ -8,6 +8,7 @@ from pydantic import JsonValue
 
 from service.records.jobs import (
     RESULT,
+    AttemptProgress,
     Cause,
     Conflict,
     CrashCount,
@@ -19,7 +20,6 @@ from service.records.jobs import (
     SweepState,
 )
 from service.store import Store
-from service.workers.attempt import AttemptProgress
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
