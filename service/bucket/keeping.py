@@ -23,6 +23,7 @@ from service.queue.scrubbing import Scrubber
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
 from service.store import Store
+from service.store.tables import batches
 
 log = logging.getLogger(__name__)
 
@@ -70,9 +71,9 @@ class BucketKeeper:
         """Remove the objects that no row names, a part of the bucket at a time."""
         for folder in (SWEEPS, *(f"{RUNS}/{shard}" for shard in SHARDS)):
             ours = (name for name in bucket.names(folder) if name.count("/") >= 3)
-            of_jobs = [(id, [*names]) for id, names in groupby(ours, lambda name: name.split("/")[-3])]
-            for first in range(0, len(of_jobs), FOLDERS_AT_ONCE):
-                self._remove_unnamed(bucket, dict(of_jobs[first : first + FOLDERS_AT_ONCE]), folder == SWEEPS)
+            of_jobs = ((id, [*names]) for id, names in groupby(ours, lambda name: name.split("/")[-3]))
+            for batch in batches(of_jobs, FOLDERS_AT_ONCE):
+                self._remove_unnamed(bucket, dict(batch), folder == SWEEPS)
                 yield
             yield
 

@@ -54,25 +54,9 @@ class SchedulerConnection(distributed.Client):
         self.is_lost.set()
         raise asyncio.CancelledError  # the loop that listens ends
 
-    def keep(self, name: str, future: distributed.Future) -> None:
-        """Let the scheduler keep an attempt after the death of this process."""
-        self._answer(partial(self.publish_dataset, future, name=name))
-
-    def kept(self, name: str) -> distributed.Future | None:
-        """An attempt that the scheduler keeps."""
-        return self._answer(partial(self.get_dataset, name, default=None))
-
-    def kept_names(self) -> list[str]:
-        """The names of all that the scheduler keeps, also for others."""
-        return [name for name in self._answer(self.list_datasets) if isinstance(name, str)]
-
-    def release(self, names: list[str]) -> None:
-        """Let the scheduler forget what it keeps."""
-        self._answer(partial(self.unpublish_dataset, names))
-
     def workers(self) -> Mapping[str, str]:
         """The reason why each worker receives no work, by address; empty if it receives work."""
-        workers = self._answer(partial(self.sync, self._scheduler().identity, n_workers=-1)).get("workers", {})
+        workers = self.answer(partial(self.sync, self._scheduler().identity, n_workers=-1)).get("workers", {})
         return {address: worker.differences(described.get(worker.SOFTWARE)) for address, described in workers.items()}
 
     def call(self, function: Function, keys: list[str]) -> None:
@@ -80,7 +64,7 @@ class SchedulerConnection(distributed.Client):
 
         Returns at once: a frozen worker must not keep the message from the others.
         """
-        for address, processing in self._answer(partial(self.sync, self._scheduler().processing)).items():
+        for address, processing in self.answer(partial(self.sync, self._scheduler().processing)).items():
             theirs = sorted(set(keys) & set(processing))
             if theirs and (address, function) not in self._undelivered:
                 self._send(address, function, theirs)
@@ -106,7 +90,7 @@ class SchedulerConnection(distributed.Client):
             raise ConnectionError("the scheduler is away")
         return self.scheduler
 
-    def _answer(self, ask: Callable[..., Answer]) -> Answer:
+    def answer(self, ask: Callable[..., Answer]) -> Answer:
         """The answer of the scheduler, in time."""
         try:
             return ask(callback_timeout=self._timings.answer)
@@ -201,7 +185,7 @@ class DaskEngine:
             self._followed[key] = None
         try:
             future = client.submit(worker.compute, attempt, key=key, pure=False, retries=0, resources={worker.OFFER: 1})
-            client.keep(PUBLISHED + key, future)
+            client.answer(partial(client.publish_dataset, future, name=PUBLISHED + key))
         except BaseException:
             with self._changed:
                 self._followed.pop(key, None)
@@ -214,7 +198,7 @@ class DaskEngine:
 
     def attempts(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
-        names = self._connection().kept_names()
+        names = map(str, self._connection().answer(self._connection().list_datasets))
         return {name.removeprefix(PUBLISHED) for name in names if name.startswith(PUBLISHED)}
 
     def follow(self, key: str) -> None:
@@ -233,7 +217,8 @@ class DaskEngine:
 
     def forget(self, keys: list[str]) -> None:
         with suppress(OSError):  # away; the next life follows and forgets them
-            self._connection().release([PUBLISHED + key for key in keys])
+            client = self._connection()
+            client.answer(partial(client.unpublish_dataset, [PUBLISHED + key for key in keys]))
 
     def close(self, leave_seconds: float | None) -> None:
         """Let every attempt write a checkpoint and leave, and stop the others; with None they go on."""
@@ -255,7 +240,7 @@ class DaskEngine:
 
     def _find(self, client: SchedulerConnection, key: str) -> None:
         """Follow an attempt that the scheduler has; else it is lost."""
-        future = client.kept(PUBLISHED + key)
+        future = client.answer(partial(client.get_dataset, PUBLISHED + key, default=None))
         if future is not None:
             self._attach(key, future)
         else:

@@ -5,7 +5,7 @@ that is no longer the last one of its job has no effect (False, or None).
 """
 
 from bisect import bisect_left
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 
@@ -190,17 +190,21 @@ def _standing(term: int) -> sa.Select[datetime | None, bool]:
 def count_result(connection: sa.Connection, run: StatementRow, seconds: float, *, succeeded: bool) -> None:
     """Count an attempt that ended with a result, of a run of this scenario and estimated cost."""
     key = {"scenario": run.scenario, "succeeded": succeeded, "bucket": bisect_left(RUN_SECONDS, seconds)}
-    sums = {"attempts": 1, "seconds": seconds, "cost": run.cost}
-    insert = insert_into(connection, RESULTS).values(**key, **sums)
-    more = {name: RESULTS.c[name] + value for name, value in sums.items()}
-    connection.execute(insert.on_conflict_do_update(index_elements=[*key], set_=more))
+    _add(connection, RESULTS, key, {"attempts": 1, "seconds": seconds, "cost": run.cost})
 
 
 def count_attempt(connection: sa.Connection, cause: Cause) -> None:
     """Count an attempt that did not succeed."""
-    insert = insert_into(connection, CAUSES).values(cause=cause, attempts=1)
-    one_more = {"attempts": CAUSES.c.attempts + 1}
-    connection.execute(insert.on_conflict_do_update(index_elements=["cause"], set_=one_more))
+    _add(connection, CAUSES, {"cause": cause}, {"attempts": 1})
+
+
+def _add(
+    connection: sa.Connection, table: sa.Table, key: Mapping[str, str | bool | int], sums: Mapping[str, float]
+) -> None:
+    """Add to the sums in the row with a key, which is made if it is missing."""
+    insert = insert_into(connection, table).values(**key, **sums)
+    more = {name: table.c[name] + value for name, value in sums.items()}
+    connection.execute(insert.on_conflict_do_update(index_elements=[*key], set_=more))
 
 
 def register_files(connection: sa.Connection, job_id: str, files: Iterable[Stored]) -> None:

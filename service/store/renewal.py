@@ -119,7 +119,7 @@ def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -
     if connection.execute(results.limit(1)).first() is None:
         transitions.detach(connection, row.id)
         transitions.cancel(connection, row.id, moment)
-        connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(row.id))).values(abandoned=moment))
+        transitions.leave_runs(connection, row.id, moment)
         connection.execute(POINTS.delete().where(POINTS.c.sweep_id == row.id))
         return row.older
     id = uuid.uuid4().hex

@@ -151,15 +151,15 @@ def add_points(
     same = {**sweep._mapping, **UNBEGUN, "kind": Kind.RUN, "state": State.QUEUED, "created": moment, "queued": moment}
     insert = insert_into(connection, JOBS).on_conflict_do_nothing().execution_options(preserve_rowcount=True)
     new, virtual_time = 0, fair_queueing.open_queue(connection, sweep.priority, sweep.owner)
-    for begin in range(0, len(new_points), BATCH):
+    for batch in batches(new_points, BATCH):
         rows = []
-        for ordinal, point in new_points[begin : begin + BATCH]:
+        for ordinal, point in batch:
             own = {"id": point.run_id, "scenario": point.scenario, "spec": JsonText(point.spec), "cost": point.cost}
             rows.append({**same, **own, "ordinal": ordinal, "virtual_time": virtual_time})
             virtual_time += point.cost
         new += connection.execute(insert, rows).rowcount
-    for begin in range(0, len(points), BATCH):
-        batch = [
+    for numbered in batches(enumerate(points, first), BATCH):
+        rows = [
             {
                 "sweep_id": sweep_id,
                 "ordinal": ordinal,
@@ -168,9 +168,9 @@ def add_points(
                 "coordinates": JsonText(point.coordinates),
                 "detached": False,
             }
-            for ordinal, point in enumerate(points[begin : begin + BATCH], first + begin)
+            for ordinal, point in numbered
         ]
-        connection.execute(POINTS.insert(), batch)
+        connection.execute(POINTS.insert(), rows)
     if new < len(new_points):
         among = [point.run_id for _, point in new_points] if first else None
         new += transitions.retry(connection, sweep_id, moment, verdicts=False, among=among)

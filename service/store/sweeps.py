@@ -50,7 +50,6 @@ from service.store.tables import (
     literal,
     now,
     one_row,
-    runs_of,
 )
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
 from studies.quantities.findings import Finding, InvalidInput
@@ -258,7 +257,7 @@ class Sweeps:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
                 raise Conflict(f"the sweep is {state}; {cure}")
-            connection.execute(_leave_runs(id, moment))
+            transitions.leave_runs(connection, id, moment)
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
@@ -455,21 +454,3 @@ def number_of(cursor: str) -> int:
         limit = "the cursor of an earlier page"
         raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")])
     return int(cursor)
-
-
-def _leave_runs(id: str, moment: datetime) -> sa.Update:
-    """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
-    others = (
-        sa.select(SWEEPS.c.owner)
-        .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
-        .where(POINTS.c.run_id == JOBS.c.id, POINTS.c.sweep_id != id)
-        .correlate(JOBS)
-    )
-    stays = others.where(SWEEPS.c.owner == JOBS.c.owner).exists()
-    next_owner = others.order_by(SWEEPS.c.number).limit(1).scalar_subquery()
-    return (
-        JOBS.update()
-        .where(JOBS.c.id.in_(runs_of(id)))
-        .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
-        .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
-    )

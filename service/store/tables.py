@@ -3,11 +3,12 @@
 ``Database.migrate`` makes the tables in an empty database; later changes are migrations.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import sqlalchemy as sa
 
@@ -36,6 +37,7 @@ def enumeration(kind: type[StrEnum]) -> sa.Enum:
     )
 
 
+Item = TypeVar("Item")
 # A query of whatever columns, and a row of it.
 Query = sa.Select[*tuple[Any, ...]]
 StatementRow = sa.Row[*tuple[Any, ...]]
@@ -363,8 +365,8 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def batches(items: Iterable[str]) -> Iterable[list[str]]:
-    """Items in lists short enough for one statement."""
-    items = list(items)
-    starts = range(0, len(items), ROWS_PER_STATEMENT)
-    return (items[start : start + ROWS_PER_STATEMENT] for start in starts)
+def batches(items: Iterable[Item], size: int = ROWS_PER_STATEMENT) -> Iterator[list[Item]]:
+    """Items in lists of limited size, by default short enough for one statement."""
+    left = iter(items)
+    while batch := list(islice(left, size)):
+        yield batch

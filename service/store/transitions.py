@@ -331,6 +331,24 @@ def _unless_result(**values: str | None) -> dict[str, sa.Case[str | None]]:
     }
 
 
+def leave_runs(connection: sa.Connection, sweep_id: str, moment: datetime) -> None:
+    """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
+    others = (
+        sa.select(SWEEPS.c.owner)
+        .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        .where(POINTS.c.run_id == JOBS.c.id, POINTS.c.sweep_id != sweep_id)
+        .correlate(JOBS)
+    )
+    stays = others.where(SWEEPS.c.owner == JOBS.c.owner).exists()
+    next_owner = others.order_by(SWEEPS.c.number).limit(1).scalar_subquery()
+    connection.execute(
+        JOBS.update()
+        .where(JOBS.c.id.in_(runs_of(sweep_id)))
+        .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
+        .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
+    )
+
+
 # --- publications --------------------------------------------------------------------------------
 
 _RUNS = JOBS.alias("runs")
