@@ -53,7 +53,14 @@ class ExpandedSweep:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
+def core_seconds(run: "Run") -> float:
+    """The estimated cost of a run, by modules that the API process need not load."""
+    from studies.runs.run import estimate
+
+    return estimate(run).core_seconds
+
+
+def expand(sweep: "Sweep", cost: Callable[["Run"], float] = core_seconds) -> ExpandedSweep:
     """A sweep with all its runs; ``cost`` gives core seconds. Raises InvalidInput naming the refused points."""
     return ExpandedSweep(
         name=sweep.name,
@@ -66,14 +73,15 @@ def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
 
 def expand_again(document: "Mapping[str, Plain]") -> ExpandedSweep:
     """An accepted sweep with its runs of this version, under the limits of its time; raises InvalidInput."""
-    from studies.runs.run import estimate
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    return expand(Sweep.parse(document, ACCEPTED), lambda run: estimate(run).core_seconds)
+    return expand(Sweep.parse(document, ACCEPTED))
 
 
-def expanded_points(points: "Iterable[Point]", cost: Callable[["Run"], float]) -> Iterator[ExpandedPoint]:
+def expanded_points(
+    points: "Iterable[Point]", cost: Callable[["Run"], float] = core_seconds
+) -> Iterator[ExpandedPoint]:
     """Each point as the store writes it."""
     seen: set[str] = set()
     texts: dict[str, str] = {}

@@ -58,7 +58,6 @@ if TYPE_CHECKING:
     from pydantic import JsonValue
 
     from studies.quantities.parameters import Plain
-    from studies.runs.run import Run
     from studies.sweeps.sweep import Point
 
 # A subquery of one row in place of EXISTS, which PostgreSQL would evaluate for all sweeps of the store.
@@ -120,13 +119,6 @@ class SweepsWithFiles:
     blocked_reason: str | None  # why nothing is begun although there is work
 
 
-def _core_seconds(run: "Run") -> float:
-    """The estimated cost of a run; the API loads no studies."""
-    from studies.runs.run import estimate
-
-    return estimate(run).core_seconds
-
-
 class Sweeps:
     """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
 
@@ -152,7 +144,7 @@ class Sweeps:
             raise InvalidInput(submission.findings)
         sweep = submission.sweep
         if not isinstance(sweep, ExpandedSweep):
-            sweep = expand(sweep, _core_seconds)
+            sweep = expand(sweep)
         moment = now()
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
@@ -176,8 +168,7 @@ class Sweeps:
             if not transitions.wait_again(connection, lease, is_wanted):
                 return False
             first = connection.execute(last).scalar_one() + 1
-            expanded = [*expanded_points(points, _core_seconds)]
-            new = add_points(connection, id, expanded, moment, first)
+            new = add_points(connection, id, [*expanded_points(points)], moment, first)
             counts = {"planned": SWEEPS.c.planned + len(points), "new": SWEEPS.c.new + new}
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))
             # The tally of a sweep whose points had all ended may be remembered.
