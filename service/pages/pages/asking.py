@@ -19,11 +19,10 @@ from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
 from service.api.routes.sweeps import priced
-from service.pages.browsers import ONCE, idempotency_of
 from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
 from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, SweepForm, asked
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, page
+from service.pages.rendering import ONCE, SEE_OTHER, idempotency_of, page
 from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
 from service.store import Store
 from studies import materials, scenarios

@@ -3,7 +3,6 @@
 import json
 import re
 import shlex
-import threading
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
@@ -24,15 +23,13 @@ PAGE = PageRoutes("documentation", 80, router, (("/docs", "API"),), is_open=True
 EVENTS, FILE = "text/event-stream", re.compile(r"\.\w+$")
 
 ADDRESS = "\0"  # occurs in no text of the page
-BUILDING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing build the page
 
 
 @router.get("/docs")
 def show_documentation(request: Request) -> Response:
     """Every operation of the API with parameters, examples and responses."""
     address = escape(str(request.base_url).rstrip("/"))
-    with BUILDING:
-        content = _documentation(request.app)
+    content = _documentation(request.app)
     return page(request, "docs.html", known_caller(request), content=Markup(content.replace(ADDRESS, address)))
 
 

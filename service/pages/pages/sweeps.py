@@ -27,12 +27,11 @@ from service.api.downloads import bring_back
 from service.api.routes import sweeps
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
-from service.pages.browsers import idempotency_of
 from service.pages.charts import Chart
 from service.pages.computed import FurtherValues, longer
 from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, drawn, page
+from service.pages.rendering import SEE_OTHER, drawn, idempotency_of, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.laws import critical

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from service.api.browsers import TOKEN_FIELD
-from service.pages.browsers import ONCE
+from service.pages.rendering import ONCE
 from service.pages.forms import OF_DOCUMENT, document_of, fields_of
 from service.pages.formulas import typeset
 from service.pages.pages.asking import ORDER, SUBMIT
