@@ -177,7 +177,7 @@ class EventStreams:
 class EventSubject:
     """The subject of a stream: a sweep, a run or the queue."""
 
-    events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
+    events: Callable[[int, int], Sequence[Event]]  # those after a number, oldest first, so many at most
     includes: Callable[[str, Sequence[str]], bool]  # a running run, by its id and those of its sweeps
     # Content of the message ``end``; None before the end.
     final: Callable[[], SweepModel | RunModel | Mapping[str, str] | None]
@@ -192,7 +192,7 @@ async def stream(subject: EventSubject, listener: Listener, after: int) -> Async
         try:
             # Read before the events, so that the message ``end`` follows all of them.
             final = await run_sync(subject.final)
-            events = await run_sync(subject.events, after)
+            events = await run_sync(subject.events, after, PAGE)
             has_failed = False
         except StoreUnavailable:  # repeated at the next snapshot
             final, events, has_failed = None, (), True

@@ -5,7 +5,7 @@ are read from the store on request, so every replica of the service reports the 
 """
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from prometheus_client import (
     CollectorRegistry,
@@ -97,12 +97,11 @@ class _ServiceMetrics(Collector):
             return
         is_blocked = is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)
         yield from _state_of_store(is_up=not is_refused, is_blocked=is_blocked)
-        runs = {(state,): queue.jobs.get((Kind.RUN, state), 0) for state in RUN_STATES}
+        runs = [(state, queue.jobs.get((Kind.RUN, state), 0)) for state in RUN_STATES]
         yield _gauges("runs", "Runs by state.", ["state"], runs)
-        publications = {(state,): queue.jobs.get((Kind.PUBLISH, state), 0) for state in State}
+        publications = [(state, queue.jobs.get((Kind.PUBLISH, state), 0)) for state in State]
         yield _gauges("publications", "Publications of sweeps by state.", ["state"], publications)
-        owners = {(owner, state): count for owner, state, count in owned}
-        yield _gauges("owner_runs", "Unfinished runs by owner.", ["owner", "state"], owners)
+        yield _gauges("owner_runs", "Unfinished runs by owner.", ["owner", "state"], owned)
         # A clock that was set back is before the moment at which the run was queued.
         age = 0.0 if queue.oldest_queued is None else max(0.0, time.time() - queue.oldest_queued.timestamp())
         yield _gauge("queue_age_seconds", "Seconds since the longest waiting run was queued.", age)
@@ -120,10 +119,10 @@ def _gauge(name: str, meaning: str, value: float) -> Metric:
     return GaugeMetricFamily(f"whipple_{name}", meaning, float(value))
 
 
-def _gauges(name: str, meaning: str, labels: Sequence[str], values: Mapping[tuple[str, ...], float]) -> Metric:
-    """A gauge for each value of its labels, zeros included."""
+def _gauges(name: str, meaning: str, labels: Sequence[str], rows: Iterable[tuple[*tuple[str, ...], float]]) -> Metric:
+    """A gauge with a value for each row of labels."""
     family = GaugeMetricFamily(f"whipple_{name}", meaning, labels=labels)
-    for texts, value in values.items():
+    for *texts, value in rows:
         family.add_metric([*map(str, texts)], value)
     return family
 

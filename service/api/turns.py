@@ -74,12 +74,12 @@ class Places:
         self._held[caller] -= 1
         if not self._held[caller]:
             del self._held[caller]
-        while (caller := next(filter(self._has_place_for, self._waiting), None)) is not None:
-            queue = self._waiting.pop(caller)
+        while (following := next(filter(self._has_place_for, self._waiting), None)) is not None:
+            queue = self._waiting.pop(following)
             waiter = queue.popleft()
             if queue:
-                self._waiting[caller] = queue  # the last in the rotation
-            self._held[caller] += 1
+                self._waiting[following] = queue  # the last in the rotation
+            self._held[following] += 1
             waiter.has_place = True
             waiter.ended.set()
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from service.cli.signals import EndRequest, handling_end_signals
 from service.client.progress import Show
@@ -23,6 +23,7 @@ from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -64,7 +65,7 @@ class Finished:
 
 
 def run_sweep(
-    document: Mapping[str, Any] | str | Path,
+    document: Mapping[str, Plain] | str | Path,
     out: str | Path,
     *,
     progress: Callable[[SweepStatus], None] = lambda status: None,
@@ -88,7 +89,9 @@ def run_sweep(
     settings = (settings or Settings(data=folder / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
     document = with_files(document, Path()) if isinstance(document, Mapping) else read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
-    retention = _retention(keep)
+    if keep not in set(Keep):
+        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "write one of these")
+    retention = Keep(keep)
     held = held_in(folder)
     if held is not None and not overwrite:
         check_same(folder, held, sweep.document())
@@ -103,13 +106,16 @@ def run_sweep(
             status = _wait(store, dispatcher, id, progress, leaving)
         artifacts = Artifacts(settings.data)
         _copy_out(store, artifacts, id, folder, every_column=every_column)
-        if retention is Keep.FILM:
-            _copy_films(store, artifacts, id, folder)
+        for run in store.runs.measured(id) if retention is Keep.FILM else ():
+            with suppress(NotFound):  # one that failed
+                film, place = store.runs.file(run.id, FILM), folder / "runs" / run.id
+                place.mkdir(parents=True, exist_ok=True)
+                artifacts.copy_out(film, place)
     return Finished(folder, status)
 
 
 def run_sweeps(
-    documents: Mapping[str, Mapping[str, Any]], out: Path, *, showing: ShowProgress, settings: Settings
+    documents: Mapping[str, Mapping[str, Plain]], out: Path, *, showing: ShowProgress, settings: Settings
 ) -> Iterator[tuple[str, Finished]]:
     """Compute sweeps into folders of their names in ``out``, from one store beside them, and yield each as it ends.
 
@@ -164,20 +170,11 @@ def start_engine(
         dispatcher.close()
 
 
-def _expanded_in_child(document: Mapping[str, Any]) -> "ExpandedSweep":
+def _expanded_in_child(document: Mapping[str, Plain]) -> "ExpandedSweep":
     """An accepted sweep, expanded by a child process."""
     from service.api.readers import expand_accepted  # the web framework, which few sweeps need
 
     return expand_accepted(document)
-
-
-def _retention(keep: str) -> Keep:
-    """The retention of a name; raises InvalidInput."""
-    try:
-        return Keep(keep)
-    except ValueError:
-        limit = "one of " + ", ".join(Keep)
-        raise refusal("keep", keep, limit, "write one of these") from None
 
 
 def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, str]:
@@ -226,12 +223,3 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path, *, ever
             part.unlink(missing_ok=True)
         source = sources[ALL_RUNS_CSV if every_column and name == RUNS_CSV else name]
         artifacts.copy_out(source, folder, name)
-
-
-def _copy_films(store: Store, artifacts: Artifacts, sweep_id: str, folder: Path) -> None:
-    """Copy the film of each run that has one to a folder of its name."""
-    for id in (run.id for run in store.runs.measured(sweep_id)):
-        with suppress(NotFound):
-            film = store.runs.file(id, FILM)
-            (folder / "runs" / id).mkdir(parents=True, exist_ok=True)
-            artifacts.copy_out(film, folder / "runs" / id)

@@ -1,11 +1,12 @@
 """Exit statuses and options that several commands share, and the objects made from them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
@@ -52,9 +53,9 @@ DatabaseUrl = Annotated[
 ]
 
 
-def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Any]:
+def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Plain]:
     """The document of a sweep, with the content of the files of fitted laws, at an accuracy; raises InvalidInput."""
-    document = read_sweep_file(file)
+    document: dict[str, Plain] = read_sweep_file(file)
     if accuracy is not None:
         document = {key: part for key, part in document.items() if key not in ("resolution", "offsets")}
         document["accuracy"] = accuracy

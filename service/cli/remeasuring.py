@@ -15,7 +15,9 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from pydantic import JsonValue
 
 from service import version
 from service.files.artifacts import Artifacts, describe, digest
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 
 BATCH = 1000  # runs whose parameters are in memory, about 2 kB each
 
-NewResult = tuple[Stored, Mapping[str, Any]]  # its file, and the summary for the run's row
+NewResult = tuple[Stored, Mapping[str, JsonValue]]  # its file, and the summary for the run's row
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class _Task:
     """One result to measure again, for a child process; paths are absolute."""
 
     run_id: str
-    spec: Mapping[str, Any]
+    spec: Mapping[str, JsonValue]
     answer: Stored
     state: Stored
 

@@ -41,7 +41,8 @@ class RunDocument(dict[str, Any]):
 
     def film(self, field: str = "speed") -> Animation:
         """The film of the run, coloured by a field; raises ServiceError where it was not kept."""
-        return Animation(self._connection.content(f"/v1/runs/{self['id']}/film.gif", params={"field": field}))
+        path = f"/v1/runs/{self['id']}/film.gif"
+        return Animation(self._connection.request("GET", path, params={"field": field}).content)
 
     def _repr_html_(self) -> str:
         rows = [("state", self.get("state")), ("reason", self.get("reason"))]

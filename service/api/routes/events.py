@@ -9,7 +9,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.access import Credentials, authenticate
 from service.api.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
-from service.api.event_streams import PAGE, EventSubject, Listener, stream
+from service.api.event_streams import EventSubject, Listener, stream
 from service.api.routes import Routes
 from service.api.schemas import EventModel, PageOf, RunModel, SweepModel
 from service.records.jobs import TERMINAL, Event, NotFound
@@ -66,7 +66,7 @@ def _sweep(id: SweepId, store: AppStore) -> EventSubject:
         return SweepModel.of(row) if row.is_terminal else None
 
     return EventSubject(
-        events=lambda after: store.events.of_sweep(id, after=after, limit=PAGE),
+        events=lambda after, limit: store.events.of_sweep(id, after=after, limit=limit),
         includes=lambda _run, sweeps: id in sweeps,
         final=final,
     )
@@ -81,7 +81,7 @@ def _run(id: RunId, store: AppStore) -> EventSubject:
         return RunModel.of(row) if row.state in TERMINAL else None
 
     return EventSubject(
-        events=lambda after: store.events.of_run(id, after=after, limit=PAGE),
+        events=lambda after, limit: store.events.of_run(id, after=after, limit=limit),
         includes=lambda run, _sweeps: run == id,
         final=final,
     )
@@ -90,7 +90,7 @@ def _run(id: RunId, store: AppStore) -> EventSubject:
 def _queue(store: AppStore) -> EventSubject:
     """All sweeps and runs, for as long as the client is connected."""
     return EventSubject(
-        events=lambda after: store.events.all(after=after, limit=PAGE),
+        events=lambda after, limit: store.events.all(after=after, limit=limit),
         includes=lambda _run, _sweeps: True,
         final=lambda: None,
     )

@@ -1,6 +1,7 @@
 """Answers of laws and shots without a run: ``whipple laws --at``, and the list of shots on shields."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from service.cli.options import Json
 from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Value
 from studies.quantities.units import readable
 from studies.sweeps.document import read_sweep_file, read_yaml, text_of
 
@@ -84,7 +86,7 @@ def _one_shield(at: Path) -> Any:
     return question.shot(question.fixed)
 
 
-def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
+def print_answers(at: Path | None, given: Mapping[str, str], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
     from studies.answers.answer import answers, document
     from studies.answers.question import as_shot, read_question
@@ -181,5 +183,5 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say("\nNo published shot of these metals ships.")
 
 
-def _readable(value: Any, unit: str | None) -> str:
-    return readable(value, unit) if unit else str(value)
+def _readable(value: Value, unit: str | None) -> str:
+    return readable(value, unit) if unit and isinstance(value, float | int) else str(value)

@@ -1,9 +1,8 @@
 """The catalogue that ships: materials, laws and scenarios; no service is needed."""
 
 from collections.abc import Iterable
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -24,33 +23,27 @@ app = typer.Typer()
 COMMANDS = Commands("catalogue", SHIPPED, app)
 
 
-class Kind(StrEnum):
-    """What ships."""
-
-    MATERIALS = "materials"
-    LAWS = "laws"
-    SCENARIOS = "scenarios"
-
-
 @app.command("list")
 def list_kind(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help="materials, laws or scenarios.")],
+    kind: Annotated[
+        Literal["materials", "laws", "scenarios"], typer.Argument(metavar="KIND", help="materials, laws or scenarios.")
+    ],
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")] = None,
     as_json: Json = False,
 ) -> None:
     """List the materials, the published laws or the scenarios, or show one with units and sources."""
     from studies import laws, materials, scenarios
 
-    if as_json and kind is Kind.MATERIALS:
-        documents = {each: materials.load(each).document() for each in ([name] if name else materials.names())}
-    elif as_json:
-        shipped = laws if kind is Kind.LAWS else scenarios
-        documents = {each: shipped.load(each).describe() for each in ([name] if name else shipped.names())}
     if as_json:
+        if kind == "materials":
+            documents = {each: materials.load(each).document() for each in ([name] if name else materials.names())}
+        else:
+            shipped = laws if kind == "laws" else scenarios
+            documents = {each: shipped.load(each).describe() for each in ([name] if name else shipped.names())}
         print_json(documents[name] if name else [*documents.values()])
-    elif kind is Kind.MATERIALS:
+    elif kind == "materials":
         _show_material(materials.load(name)) if name else _list_materials(map(materials.load, materials.names()))
-    elif kind is Kind.LAWS:
+    elif kind == "laws":
         _show_law(laws.load(name)) if name else _list_laws(map(laws.load, laws.names()))
     else:
         _show_scenario(scenarios.load(name)) if name else _list_scenarios(map(scenarios.load, scenarios.names()))

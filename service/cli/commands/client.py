@@ -8,12 +8,13 @@ import typer
 
 from service.cli.commands import REQUESTS, Commands
 from service.cli.console import (
+    SHORT_ID,
     print_event,
     print_json,
-    print_points,
     print_queue,
     print_sweep,
     print_sweeps,
+    print_table,
     print_warnings,
 )
 from service.cli.options import (
@@ -34,7 +35,7 @@ from service.cli.options import (
     document_of,
     folder_of,
 )
-from studies.quantities.display import escaped
+from studies.quantities.display import display_of, escaped, with_unit
 from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import refusal
 
@@ -127,8 +128,28 @@ def _print_runs(handle: "SweepHandle", state: str | None, *, as_json: bool) -> N
     if as_json:
         print_json(list(handle.runs(state)))
         return
-    sweep = Sweep.parse(handle.document(), ACCEPTED)
-    print_points(handle.runs(state), {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)})
+    sweep, points = Sweep.parse(handle.document(), ACCEPTED), list(handle.runs(state))
+    axes = {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
+    # Runs that screen the models have a column of their own in place of the axes.
+    if any("screening" in point["coordinates"] for point in points):
+        axes["screening"] = None
+    rows = (
+        (
+            *(point["run"]["id"][:SHORT_ID], point["state"], str(point["run"]["attempt"])),
+            *(_in_unit(point["coordinates"].get(name), unit) for name, unit in axes.items()),
+            ": ".join(filter(None, (point["run"]["cause"], point["run"]["reason"]))),
+        )
+        for point in points
+    )
+    headings = [with_unit(name, unit) for name, unit in axes.items()]
+    print_table(("run", "state", "attempt", *headings, "failure"), rows)
+
+
+def _in_unit(value: float | str | None, unit: str | None) -> str:
+    """A value in the display unit of its column, with every digit that it has."""
+    if isinstance(value, str) or value is None:
+        return value or ""
+    return f"{value * display_of(unit).factor:.12g}"
 
 
 @app.command()

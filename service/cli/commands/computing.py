@@ -4,15 +4,15 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.commands.answering import print_examples
-from service.cli.console import print_cost, print_json, print_warnings
+from service.cli.console import print_json, print_warnings, say
 from service.cli.options import (
     SOME_FAILED,
     SUCCESS,
@@ -30,12 +30,16 @@ from service.cli.options import (
     settings_of,
 )
 from solver.errors import WhippleError
+from studies.quantities.display import duration
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
     from service.cli.local import Finished
+    from service.workers.warm import WarmProcess
+    from studies.sweeps.cost import Cost, PresetCost
 
 app = typer.Typer()
 COMMANDS = Commands("computing", LOCAL, app)
@@ -106,8 +110,13 @@ def sweep(
 
         document = document_of(file, law, accuracy)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-        options = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
-        status = compute(document, file.stem, folder_of(out), threads, **options)
+        status = compute(
+            *(document, file.stem, folder_of(out), threads),
+            overwrite=overwrite,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
+        )
     raise typer.Exit(status)
 
 
@@ -163,13 +172,37 @@ def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) 
     if as_json:
         print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(preset) for preset in presets]})
     else:
-        print_cost(sweep.name, cost, presets)
+        _print_cost(sweep.name, cost, presets)
     print_warnings(sweep)
 
 
-def _compile_kernels(documents: Sequence[Mapping[str, Any]], begin: float) -> None:
+def _print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
+    """The cost of a sweep, as it is and at each accuracy."""
+    from studies.sweeps.accuracy import in_percent
+
+    say(f"{name}: {_cost(cost)}")
+    for preset in presets:
+        text = f"not available: {preset.reason}"
+        if preset.cost and preset.cells:
+            fewest, most = preset.cells
+            cells = f"{fewest:g} cells" if fewest == most else f"{fewest:g} to {most:g} cells"
+            text = f"{cells} across the diameter: {_cost(preset.cost)}"
+        say(f"  accuracy: {in_percent(preset.error)} ({preset.name})".ljust(28) + text)
+
+
+def _cost(cost: "Cost") -> str:
+    time, size = duration(cost.core_seconds), cost.bytes / 1e6
+    memory = f"{cost.memory / 1e6:.0f} MB of memory a run"
+    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
+
+
+def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> None:
     """Compile the kernels of sweeps, with both recipes, before the first run needs them."""
-    thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
+    thesis = [
+        {**document, "fixed": {**fixed, "recipe": "thesis"}}
+        for document in documents
+        if isinstance(fixed := document.get("fixed", {}), Mapping)
+    ]
     # In a child process, because this one never loads the solver.
     child = subprocess.run(
         [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
@@ -180,15 +213,33 @@ def _compile_kernels(documents: Sequence[Mapping[str, Any]], begin: float) -> No
     print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
 
 
-def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | None = None, **options: Any) -> int:
-    """Compute a sweep into a folder with options of ``run_sweep``, print the outcome, and return the exit status."""
+def compute(
+    sweep: Mapping[str, Plain],
+    name: str,
+    folder: Path,
+    threads: str | None = None,
+    *,
+    overwrite: bool = False,
+    keep: str = "final",
+    every_column: bool = False,
+    ready: "list[WarmProcess] | None" = None,
+) -> int:
+    """Compute a sweep into a folder as ``run_sweep`` does, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
     from service.client.progress import showing_progress
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
-        finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
+        finished = run_sweep(
+            *(sweep, folder),
+            progress=show,
+            settings=settings,
+            overwrite=overwrite,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
+        )
     return _say_outcome(name, finished, begin)
 
 

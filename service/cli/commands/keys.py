@@ -2,15 +2,16 @@
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands import SERVICE, Commands
-from service.cli.console import SHORT_ID, print_audit, print_json, print_keys
+from service.cli.console import SHORT_ID, moment, print_json, print_table
 from service.cli.options import Data, DatabaseUrl, Json, settings_of
+from service.records.jobs import Scope
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ KeyArgument = Annotated[
 def create_key(
     name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
     scope: Annotated[
-        list[str] | None, typer.Option(help="read, submit (default) or admin; each includes those before it.")
+        list[Scope] | None, typer.Option(help="read, submit (default) or admin; each includes those before it.")
     ] = None,
     expires: Annotated[
         str | None, typer.Option(help="Lifetime, such as 90d, 12h or 30m; by default unlimited.")
@@ -44,18 +45,13 @@ def create_key(
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
     from service.cli.offline import open_store, record_command
-    from service.records.jobs import Scope
 
-    unknown = [word for word in scope or () if word not in list(Scope)]
-    if unknown:
-        raise refusal("--scope", unknown[0], " or ".join(Scope), "write one of these")
     if not name.strip() or not name.isprintable():
         raise refusal("NAME", name, "a printable name", "write a name")
-    scopes = [Scope(word) for word in scope or ["submit"]]
     until = None if expires is None else datetime.now(UTC) + duration_of("--expires", expires)
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         others = sum(key.name == name.strip() for key in store.keys.all())
-        row, secret = store.keys.issue(name.strip(), scopes, until)
+        row, secret = store.keys.issue(name.strip(), scope or [Scope.SUBMIT], until)
         _print_secret(row, secret)
         if others:
             count = "another key is" if others == 1 else f"{others} other keys are"
@@ -83,9 +79,22 @@ def rotate_key(
         record_command(store, "key rotated", old.id)
 
 
+def _print_keys(rows: "Iterable[KeyRow]", *, file: IO[str] | None = None) -> None:
+    """A table of keys without their secrets."""
+    columns = ("id", "secret", "name", "scopes", "state", "expires (UTC)", "used (UTC)")
+    lines = (
+        (
+            *(key.id[:SHORT_ID], f"{key.prefix}...", key.name, " ".join(sorted(key.scopes))),
+            *("revoked" if key.revoked else "", moment(key.expires) or "never", moment(key.used) or "never"),
+        )
+        for key in rows
+    )
+    print_table(columns, lines, file=file)
+
+
 def _print_secret(row: "KeyRow", secret: str) -> None:
     print(secret)
-    print_keys([row], file=sys.stderr)
+    _print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
 
 
@@ -96,7 +105,7 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         rows = store.keys.all()
-    print_json([vars(row) for row in rows]) if as_json else print_keys(rows)
+    print_json([vars(row) for row in rows]) if as_json else _print_keys(rows)
 
 
 @keys.command("revoke")
@@ -106,7 +115,7 @@ def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = 
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         revoked = store.keys.revoke(_matching(key, store.keys.all()).id)
-        print_keys([revoked])
+        _print_keys([revoked])
         record_command(store, "key revoked", revoked.id)
 
 
@@ -124,7 +133,17 @@ def audit(
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         entries = store.audit.entries((since or datetime.min).replace(tzinfo=UTC), owner=owner, action=action)
-    print_json([vars(entry) for entry in entries]) if as_json else print_audit(entries)
+    if as_json:
+        print_json([vars(entry) for entry in entries])
+        return
+    rows = (
+        (
+            *(f"{entry.time:%Y-%m-%d %H:%M:%S}", entry.owner, (entry.key_id or "")[:SHORT_ID], entry.address),
+            *(entry.action, entry.subject[:SHORT_ID], entry.outcome),
+        )
+        for entry in entries
+    )
+    print_table(("time (UTC)", "owner", "key", "from", "action", "subject", "outcome"), rows)
 
 
 def duration_of(option: str, text: str) -> timedelta:

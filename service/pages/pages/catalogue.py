@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
 from service.pages.computed import drawn_material
-from service.pages.formulas import typeset
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
@@ -49,6 +49,19 @@ def shown(value: float, unit: str | None) -> str:
     """
     display = display_alone(value, unit)
     return f"{value * display.factor:.12g} {display.unit}".rstrip()
+
+
+@lru_cache(maxsize=512)
+def typeset(text: str) -> Markup:
+    """Text as HTML, what stands between its dollar signs as MathML; raises where LaTeX cannot be read.
+
+    >>> print(typeset("$D$ <= 2 m"))
+    <math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><mi>D</mi></mrow></math> &lt;= 2 m
+    """
+    from latex2mathml.converter import convert  # here, because it takes 0.08 s, and most processes show no page
+
+    parts = enumerate(text.split("$"))
+    return Markup("").join(Markup(convert(part)) if place % 2 else escape(part) for place, part in parts)
 
 
 @router.get("/scenarios")

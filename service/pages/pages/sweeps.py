@@ -29,7 +29,7 @@ from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.pages.charts import Chart
 from service.pages.computed import FurtherValues, longer
-from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
+from service.pages.grid import GridSheet, chart_of, quantities_of, sheet_of, shown_cells
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, drawn, idempotency_of, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
@@ -111,10 +111,10 @@ def _shown(
 ) -> ShownSweep:
     status, names = store.sweeps.get_with_files(id)
     document = store.sweeps.document(id)
-    shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
+    shown = sheet_of(document, status.planned, sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
-    ordinals = [*shown.beside, *(ordinal for each in shown.ordinals for ordinal in each)]
+    ordinals = [*shown.beside, *(ordinal for row in shown.ordinals for ordinal in row)]
     return ShownSweep(status, names, document, shown, name, store.sweeps.cells(id, ordinals, name))
 
 
@@ -145,7 +145,6 @@ def show_sweep(
     """A sweep with its grid of runs, its report, and what the caller may do with it."""
     status, names = shown.status, shown.files
     sweep = SweepModel.of(status, names)
-    quantities = quantities_of(status.scenario)
     return page(
         request,
         "sweep.html",
@@ -157,11 +156,11 @@ def show_sweep(
         sheet=shown.sheet,
         cells=shown_cells(shown.cells, measurements.load(shown.quantity), status.scenario),
         quantity=measurements.load(shown.quantity),
-        quantities=[measurements.load(each) for each in quantities],
+        quantities=[measurements.load(name) for name in quantities_of(status.scenario)],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
         note=_beside_walls(shown.document) if shown.quantity in critical() else "",
         once=secrets.token_urlsafe(),
-        may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
+        may_add=bool(shown.sheet.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
         events=None if status.is_terminal else sweep.links["events"],
     )
