@@ -5,12 +5,13 @@ bucket (``waiting``). Each caller holds few of all turns, and callers whose requ
 has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the event loop stay free.
 """
 
+import math
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import ParamSpec, TypeVar
 
-from anyio import CapacityLimiter, Event, to_thread
+from anyio import CapacityLimiter, Event, fail_after, to_thread
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -84,9 +85,16 @@ class Places:
             waiter.ended.set()
 
     @asynccontextmanager
-    async def place(self, caller: str) -> AsyncIterator[None]:
-        """A place for the duration of a block; raises TooManyRequests."""
-        await self.acquire(caller)
+    async def place(self, caller: str, *, within: float = math.inf, late: str = "") -> AsyncIterator[None]:
+        """A place for the duration of a block.
+
+        Raises TooManyRequests, of the text ``late`` where none is free within so many seconds.
+        """
+        try:
+            with fail_after(within):
+                await self.acquire(caller)
+        except TimeoutError:
+            raise TooManyRequests(late) from None
         try:
             yield
         finally:

@@ -91,9 +91,9 @@ def _measured(summary: Mapping[str, Any]) -> list[tuple[str, object]]:
 
     known = set(measurements.names())
     rows: list[tuple[str, object]] = []
-    for name, each in (summary.get("measurements") or {}).items():
+    for name, measured in (summary.get("measurements") or {}).items():
         unit = measurements.load(name).unit if name in known else None
-        value = _with_unit(each["value"], unit)
+        value = _with_unit(measured["value"], unit)
         rows.append((name.replace("_", " "), with_bar(value, None) if value else ""))
     return rows
 

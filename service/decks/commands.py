@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-import yaml
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.commands.computing import compute
@@ -17,7 +16,7 @@ from studies.decks.problem import fixed_step
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
-from studies.sweeps.document import no_such_file
+from studies.sweeps.document import no_such_file, yaml_of
 
 app = typer.Typer()
 COMMANDS = Commands("decks", LOCAL, app, place=2)
@@ -128,24 +127,12 @@ def _plain(numbers: Iterable[float]) -> list[str]:
     return [f"{number:g}" for number in numbers]
 
 
-class _Dumper(yaml.SafeDumper):
-    """Texts of several lines as blocks."""
-
-
-def _as_block(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
-
-
-_Dumper.add_representer(str, _as_block)
-
-
 def _write(output: Path, deck: str, units: str, document: Mapping[str, Plain]) -> None:
     """The sweep as YAML, with the deck as a block of its own lines."""
     lines = [line.expandtabs().rstrip() for line in deck.splitlines()]
     fixed = {"deck": "\n".join(lines) + "\n", "units": units}
-    content = yaml.dump({**document, "fixed": fixed}, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
     try:
-        output.write_text(content, "utf-8")
+        output.write_text(yaml_of({**document, "fixed": fixed}), "utf-8")
     except OSError as error:
         raise refusal("--output", str(output), "a file", f"choose another file: {error.strerror}") from None
     print(f"\nwritten: {output}; compute it with: whipple sweep {output} --out DIR")

@@ -90,8 +90,8 @@ class GridSheet:
         for k, dimension in enumerate(self.dimensions):
             if k in self.shown or len(dimension.texts) < 2:
                 continue
-            words = [replace(self, at=(*self.at[:k], n, *self.at[k + 1 :])).word for n in range(len(dimension.texts))]
-            words = [None if word == self.word else word for word in words]
+            sheets = [replace(self, at=(*self.at[:k], n, *self.at[k + 1 :])) for n in range(len(dimension.texts))]
+            words = [None if sheet == self else sheet.word for sheet in sheets]
             yield dimension.label, [*zip(dimension.texts, words, strict=True)]
 
     @property
@@ -210,9 +210,9 @@ def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: s
     for column in sheet.columns:
         mine = [by_place[row[column]] for row in sheet.ordinals if row[column] in by_place]
         points = [
-            (float(x), cell.value, cell.uncertainty)
+            (float(at), cell.value, cell.uncertainty)
             for cell in mine
-            if isinstance(x := cell.coordinates.get(along.name), float | int)
+            if isinstance(at := cell.coordinates.get(along.name), float | int)
         ]
         if len(points) < len(mine):
             return NO_CHART

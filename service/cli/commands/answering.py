@@ -151,7 +151,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
     target = targets()[answer.target]
     told = target.told(answer.addition) if answer.addition else None
     if varied:
-        units = {name: each.unit for name, each in shot_parameters().items()}
+        units = {name: parameter.unit for name, parameter in shot_parameters().items()}
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
     for line in told.lines if told else ():
         say(line)
@@ -165,14 +165,14 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(f"\n{quantity.title} ({unit.unit})")
         rows = (
             (
-                *(each.law.name, each.printed(quantity.unit), "yes" if each.in_range else f"no: {each.outside}"),
-                *(each.law.use, each.law.source),
+                *(said.law.name, said.printed(quantity.unit), "yes" if said.in_range else f"no: {said.outside}"),
+                *(said.law.use, said.law.source),
             )
-            for each in quantity.laws
-            if not each.is_for_another_material
+            for said in quantity.laws
+            if not said.is_for_another_material
         )
         print_table(("law", "value", "in its range", "use", "source"), rows)
-        if others := [each.law.name for each in quantity.laws if each.is_for_another_material]:
+        if others := [said.law.name for said in quantity.laws if said.is_for_another_material]:
             say(f"for targets of another material: {', '.join(others)}")
     if answer.shots:
         say("\nPublished shots, nearest first")

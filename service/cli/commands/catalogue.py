@@ -36,11 +36,11 @@ def list_kind(
 
     if as_json:
         if kind == "materials":
-            documents = {each: materials.load(each).document() for each in ([name] if name else materials.names())}
+            documents = [materials.load(entry).document() for entry in ([name] if name else materials.names())]
         else:
             shipped = laws if kind == "laws" else scenarios
-            documents = {each: shipped.load(each).describe() for each in ([name] if name else shipped.names())}
-        print_json(documents[name] if name else [*documents.values()])
+            documents = [shipped.load(entry).describe() for entry in ([name] if name else shipped.names())]
+        print_json(documents[0] if name else documents)
     elif kind == "materials":
         _show_material(materials.load(name)) if name else _list_materials(map(materials.load, materials.names()))
     elif kind == "laws":
@@ -52,10 +52,10 @@ def list_kind(
 def _list_materials(materials: "Iterable[Material]") -> None:
     rows = (
         (
-            *(each.name, each.title, each.family, _value(each.density, each.sources["density"].unit)),
-            *(each.eos.kind, each.strength.kind),
+            *(metal.name, metal.title, metal.family, _value(metal.density, metal.sources["density"].unit)),
+            *(metal.eos.kind, metal.strength.kind),
         )
-        for each in materials
+        for metal in materials
     )
     print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
 
@@ -64,8 +64,8 @@ def _show_material(material: "Material") -> None:
     print(f"{material.name}: {material.title} ({material.family}; {material.eos.kind}, {material.strength.kind})")
     stated = sorted(material.sources.items(), key=lambda item: item[0].startswith("yield_stresses."))
     rows = (
-        (path.replace("yield_stresses.", "yield stress: "), _value(each.value, each.unit), each.confidence, each.source)
-        for path, each in stated
+        (path.replace("yield_stresses.", "yield stress: "), _value(c.value, c.unit), c.confidence, c.source)
+        for path, c in stated
     )
     print_table(("constant", "value", "confidence", "source"), rows)
 
@@ -84,7 +84,9 @@ def _show_law(law: "Law") -> None:
     print(f"  use       {law.use}")
     scatter = "not published" if law.scatter is None else f"{law.scatter:.0%} (relative standard deviation)"
     print(f"  scatter   {scatter}")
-    rows = ((limit_in_words(each), each.source, "yes" if each.machine_checked else "no") for each in law.range.every)
+    rows = (
+        (limit_in_words(limit), limit.source, "yes" if limit.machine_checked else "no") for limit in law.range.every
+    )
     print_table(("range", "source of the limit", "checked"), rows)
 
 
@@ -96,7 +98,7 @@ def _show_scenario(scenario: "Scenario") -> None:
     print(f"{scenario.name}: {scenario.title}\n{scenario.description}")
     print(f"measures: {', '.join(scenario.measurements)}")
     parameters = declared(scenario.parameters).values()
-    rows = ((each.name, _default(each), each.limit(), each.meaning) for each in parameters)
+    rows = ((p.name, _default(p), p.limit(), p.meaning) for p in parameters)
     print_table(("parameter", "default", "allowed", "meaning"), rows)
 
 

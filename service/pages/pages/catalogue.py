@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import takewhile
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
@@ -68,12 +69,12 @@ def typeset(text: str) -> Markup:
 def show_scenarios(request: Request, caller: Reader) -> Response:
     """Every scenario with its parameters and what it measures."""
     listed = [scenarios.load(name) for name in scenarios.names()]
-    titles = {name: measurements.load(name).title for each in listed for name in each.measurements}
+    titles = {name: measurements.load(name).title for scenario in listed for name in scenario.measurements}
     return page(
         request,
         "scenarios.html",
         caller,
-        scenarios=[(each, declared(each.parameters).values()) for each in listed],
+        scenarios=[(scenario, declared(scenario.parameters).values()) for scenario in listed],
         titles=titles,
         shown=shown,
     )
@@ -168,7 +169,7 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(each.name, each.address, each.remark, each.count()) for each in further_tables()]
+    tables = [(table.name, table.address, table.remark, table.count()) for table in further_tables()]
     for name in observations.names():
         tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
     return page(request, "shots.html", caller, tables=tables)
@@ -176,11 +177,8 @@ def show_tables(request: Request, caller: Reader) -> Response:
 
 def _remark(table: str) -> str:
     """The remarks before a table, which say what it is."""
-    lines = observations.text(table).splitlines()
-    return " ".join(
-        line.removeprefix("#").strip()
-        for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))]
-    )
+    lines = takewhile(lambda line: line.startswith("#"), observations.text(table).splitlines())
+    return " ".join(line.removeprefix("#").strip() for line in lines)
 
 
 @router.get("/shots/{table}")

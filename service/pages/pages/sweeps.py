@@ -63,23 +63,18 @@ def show_sweeps(
         text=q.strip(), state=SweepState(state) if state else None, owner=caller.name if own else None, cursor=cursor
     )
     found = front.sweeps
-    asked = {"q": q, "state": str(state), "own": "true" if own else ""}
+    asked = {name: text for name, text in (("q", q), ("state", str(state)), ("own", "true" * own)) if text}
     return page(
         request,
         "sweeps.html",
         caller,
         sweeps=[SweepModel.of(row, front.files[row.id]) for row in found.items],
-        older=urlencode({**_given(asked), "cursor": found.next_cursor}) if found.next_cursor else None,
+        older=urlencode({**asked, "cursor": found.next_cursor}) if found.next_cursor else None,
         asked=asked,
-        is_narrowed=bool(_given(asked)),
         states=list(SweepState),
         queue=front,
         events="/v1/queue/events",
     )
-
-
-def _given(asked: dict[str, str]) -> dict[str, str]:
-    return {name: value for name, value in asked.items() if value}
 
 
 @dataclass(frozen=True)
