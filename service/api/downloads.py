@@ -204,13 +204,7 @@ def _tags(header: str) -> set[str]:
 
 
 def serves(
-    router: APIRouter,
-    path: str,
-    names: tuple[str, ...],
-    description: str,
-    *,
-    schema: Mapping[str, str] = ANY_OBJECT,
-    operation_id: str | None = None,
+    router: APIRouter, path: str, names: tuple[str, ...], description: str, *, schema: Mapping[str, str] = ANY_OBJECT
 ) -> Callable[[Endpoint], Endpoint]:
     """Add an endpoint for a file that is like one of ``names``; ``schema`` is that of JSON."""
     types = [media_type_of(name).partition(";")[0] for name in names]
@@ -227,5 +221,4 @@ def serves(
             206: partial,
             304: {"description": "Unchanged"},
         },
-        operation_id=operation_id,
     )

@@ -158,7 +158,10 @@ def fields_of(document: Mapping[str, Plain]) -> dict[str, str]:
             # Which sample has which values depends on the order of the axes, which fields do not keep.
             has_fields = key == "fixed" or document.get("combine") not in SAMPLED
             known = {name: value for name, value in part.items() if has_fields and _fits(record.get(name), value)}
-            others = {name: _without_samples(value) for name, value in part.items() if name not in known}
+            others = {name: value for name, value in part.items() if name not in known}
+            for name, value in others.items():
+                if isinstance(value, Mapping):
+                    others[name] = {key: inner for key, inner in value.items() if key != SAMPLES}
             fields |= {name: _written(record[name].kind == "text", value) for name, value in known.items()}
             more |= {key: others} if others else {}
         elif key == "cells" or part in (None, [], {}):  # the accuracy chooses cells anew
@@ -173,10 +176,6 @@ def fields_of(document: Mapping[str, Plain]) -> dict[str, str]:
 def _fits(parameter: Parameter | None, value: Plain) -> bool:
     """Whether a value can stand in the field of a parameter; several texts of lines cannot."""
     return parameter is not None and (parameter.kind != "text" or isinstance(value, str))
-
-
-def _without_samples(value: Plain) -> Plain:
-    return {key: part for key, part in value.items() if key != SAMPLES} if isinstance(value, Mapping) else value
 
 
 def _written(is_text: bool, value: Plain) -> str:

@@ -58,9 +58,8 @@ REPORT_HEADERS = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "
     (CUBE,),
     "The labelled result of the sweep (NetCDF-4). With `partial=true` also before the sweep ends: unfinished runs "
     "are NaN, `run_state` marks them, and the attribute `sweep_state` describes the progress",
-    operation_id="get_cube_nc",
 )
-async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -> Response:
+async def get_cube_nc(id: SweepId, request: Request, partial: SoFar = False) -> Response:
     return await _send(request, id, CUBE, PARTIAL if partial else None, is_attachment=True)
 
 
@@ -70,9 +69,8 @@ async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -
     (RUNS_CSV,),
     "One row a run: axes, main quantities with uncertainty and flags, state, in SI with units in the header. With "
     "`all=true` also all other results, parameters and the audit",
-    operation_id="get_runs_csv",
 )
-async def download_runs_csv(
+async def get_runs_csv(
     id: SweepId,
     request: Request,
     every_column: Annotated[bool, Query(alias="all", description="Return every column")] = False,
@@ -86,9 +84,8 @@ async def download_runs_csv(
     (REPORT_HTML,),
     "The report for people: one file that needs no network. With `partial=true` also before the sweep ends: of the "
     "results so far, without pictures",
-    operation_id="get_report_html",
 )
-async def download_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
+async def get_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
     return await _send(request, id, REPORT_HTML, PARTIAL_REPORT if partial else None, headers=REPORT_HEADERS)
 
 
@@ -97,9 +94,8 @@ async def download_report_html(id: SweepId, request: Request, partial: SoFar = F
     f"/{APPENDIX_HTML}",
     (APPENDIX_HTML,),
     "What the report leaves out: every run, the audit and all quantities, in one file that needs no network",
-    operation_id="get_appendix_html",
 )
-async def download_appendix_html(id: SweepId, request: Request) -> Response:
+async def get_appendix_html(id: SweepId, request: Request) -> Response:
     return await _send(request, id, APPENDIX_HTML, headers=REPORT_HEADERS)
 
 
@@ -109,9 +105,8 @@ async def download_appendix_html(id: SweepId, request: Request) -> Response:
     (REPORT_JSON,),
     "The report for programs: the same numbers. The schema is that of sweeps that this version publishes",
     schema=REPORT_SCHEMA,
-    operation_id="get_report_json",
 )
-async def download_report_json(id: SweepId, request: Request) -> Response:
+async def get_report_json(id: SweepId, request: Request) -> Response:
     return await _send(request, id, REPORT_JSON)
 
 
@@ -121,9 +116,8 @@ async def download_report_json(id: SweepId, request: Request) -> Response:
     (ARCHIVE,),
     "Everything of a sweep that has ended in one file: its document, what it published, and the stored files of its "
     "runs in `runs/ID/`; `SHA256SUMS` has the digest of each (`sha256sum --check SHA256SUMS`)",
-    operation_id="get_archive_zip",
 )
-async def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+async def get_archive_zip(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     threads: WaitingThreads = request.app.state.waiting_threads
 
     def archived() -> tuple[str, ZipStream]:
@@ -142,14 +136,8 @@ async def download_archive(id: SweepId, request: Request, store: AppStore, artif
     )
 
 
-@serves(
-    router,
-    f"/{ZARR}",
-    (ZARR,),
-    "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service",
-    operation_id="get_cube_zarr",
-)
-async def download_zarr(id: SweepId, request: Request, store: AppStore) -> Response:
+@serves(router, f"/{ZARR}", (ZARR,), "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service")
+async def get_cube_zarr(id: SweepId, request: Request, store: AppStore) -> Response:
     sweep, stored = await run_in_threadpool(store.sweeps.get_with_file, id, CUBE)
     if stored is None:
         raise _absent(sweep, CUBE)

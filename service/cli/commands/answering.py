@@ -1,7 +1,6 @@
 """Answers of laws and shots without a run: ``whipple laws --at``, and the list of shots on shields."""
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +12,6 @@ from service.cli.options import Json
 from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
-from studies.quantities.parameters import Value
 from studies.quantities.units import readable
 from studies.sweeps.document import read_sweep_file, read_yaml, text_of
 
@@ -86,7 +84,7 @@ def _one_shield(at: Path) -> Any:
     return question.shot(question.fixed)
 
 
-def print_answers(at: Path | None, given: Mapping[str, str], out: Path | None, *, as_json: bool) -> None:
+def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
     from studies.answers.answer import answers, document
     from studies.answers.question import as_shot, read_question
@@ -151,7 +149,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
     target = targets()[answer.target]
     told = target.told(answer.addition) if answer.addition else None
     if varied:
-        units = {name: parameter.unit for name, parameter in shot_parameters().items()}
+        units = {name: each.unit for name, each in shot_parameters().items()}
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
     for line in told.lines if told else ():
         say(line)
@@ -165,14 +163,14 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(f"\n{quantity.title} ({unit.unit})")
         rows = (
             (
-                *(said.law.name, said.printed(quantity.unit), "yes" if said.in_range else f"no: {said.outside}"),
-                *(said.law.use, said.law.source),
+                *(each.law.name, each.printed(quantity.unit), "yes" if each.in_range else f"no: {each.outside}"),
+                *(each.law.use, each.law.source),
             )
-            for said in quantity.laws
-            if not said.is_for_another_material
+            for each in quantity.laws
+            if not each.is_for_another_material
         )
         print_table(("law", "value", "in its range", "use", "source"), rows)
-        if others := [said.law.name for said in quantity.laws if said.is_for_another_material]:
+        if others := [each.law.name for each in quantity.laws if each.is_for_another_material]:
             say(f"for targets of another material: {', '.join(others)}")
     if answer.shots:
         say("\nPublished shots, nearest first")
@@ -183,5 +181,5 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say("\nNo published shot of these metals ships.")
 
 
-def _readable(value: Value, unit: str | None) -> str:
-    return readable(value, unit) if unit and isinstance(value, float | int) else str(value)
+def _readable(value: Any, unit: str | None) -> str:
+    return readable(value, unit) if unit else str(value)

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
 
 import typer
 
@@ -110,13 +110,8 @@ def sweep(
 
         document = document_of(file, law, accuracy)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-        status = compute(
-            *(document, file.stem, folder_of(out), threads),
-            overwrite=overwrite,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        options: RunOptions = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
+        status = compute(document, file.stem, folder_of(out), threads, **options)
     raise typer.Exit(status)
 
 
@@ -213,16 +208,17 @@ def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> 
     print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
 
 
+class RunOptions(TypedDict, total=False):
+    """Options of ``service.cli.local.run_sweep``."""
+
+    overwrite: bool
+    keep: str
+    every_column: bool
+    ready: "list[WarmProcess]"
+
+
 def compute(
-    sweep: Mapping[str, Plain],
-    name: str,
-    folder: Path,
-    threads: str | None = None,
-    *,
-    overwrite: bool = False,
-    keep: str = "final",
-    every_column: bool = False,
-    ready: "list[WarmProcess] | None" = None,
+    sweep: Mapping[str, Plain], name: str, folder: Path, threads: str | None = None, **options: Unpack[RunOptions]
 ) -> int:
     """Compute a sweep into a folder as ``run_sweep`` does, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
@@ -231,15 +227,7 @@ def compute(
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
-        finished = run_sweep(
-            *(sweep, folder),
-            progress=show,
-            settings=settings,
-            overwrite=overwrite,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
     return _say_outcome(name, finished, begin)
 
 
