@@ -222,7 +222,8 @@ def _admit(request: Request, required: SecurityScopes, credentials: Credentials)
     request.state.caller = caller
     known.remember(request.scope, caller)
     if not caller.may(Scope.ADMIN) and not hasattr(request.state, "rate"):  # router and endpoint ask both
-        request.state.rate = request.app.state.rates.count(caller.name)
+        state = request.app.state
+        request.state.rate = count_request(state.requests, caller.name, state.settings.quota_requests)
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
@@ -338,28 +339,21 @@ class MinuteCounter:
             return self._numbers[name], math.ceil(self._end - now)
 
 
-class RequestRates:
-    """Requests of each owner in a minute.
+def count_request(counter: MinuteCounter, owner: str, quota: int) -> Mapping[str, str]:
+    """Count a request of an owner; the fields of its response. Raises TooManyRequests beyond a quota for a minute.
 
-    Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60``
-    and ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
+    Fields are those of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60`` and
+    ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
     """
-
-    def __init__(self, quota: int):
-        self._quota = quota
-        self._counter = MinuteCounter()
-
-    def count(self, owner: str) -> Mapping[str, str]:
-        """Count a request; the fields of its response. Raises TooManyRequests."""
-        number, seconds = self._counter.count(owner)
-        fields = {
-            "RateLimit-Policy": f'"requests";q={self._quota};w={WINDOW:.0f}',
-            "RateLimit": f'"requests";r={max(0, self._quota - number)};t={seconds}',
-        }
-        if number > self._quota:
-            text = f"{number} requests of {owner!r} within {WINDOW:.0f} s; the quota is {self._quota}"
-            raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
-        return fields
+    number, seconds = counter.count(owner)
+    fields = {
+        "RateLimit-Policy": f'"requests";q={quota};w={WINDOW:.0f}',
+        "RateLimit": f'"requests";r={max(0, quota - number)};t={seconds}',
+    }
+    if number > quota:
+        text = f"{number} requests of {owner!r} within {WINDOW:.0f} s; the quota is {quota}"
+        raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
+    return fields
 
 
 class KnownCallers:

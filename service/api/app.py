@@ -8,7 +8,7 @@ from fastapi.staticfiles import StaticFiles
 
 from service import version
 from service.api import errors
-from service.api.access import Access, KnownCallers, MinuteCounter, RequestRates, check_binding, requires
+from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
@@ -67,8 +67,8 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = None  # of the last routes that have one
-    app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
-    app.state.wrong_keys, app.state.known_callers = MinuteCounter(), KnownCallers()
+    app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
+    app.state.readers, app.state.known_callers = Readers(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
     app.state.readiness = readiness
     app.state.conversions = Conversions(settings.data / CACHE)

@@ -9,12 +9,13 @@ import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
+from service.client.progress import showing_progress
 
 app = typer.Typer()
 COMMANDS = Commands("cases", LOCAL, app, place=3)
 
 Cases = Annotated[list[str] | None, typer.Argument(metavar="[CASE ...]", help="Cases; all without one.")]
-DetailLevel = Annotated[  # ``studies.cases.validation.ValidationLevel``, which is heavy
+DetailLevel = Annotated[  # as in ``studies.cases.validation``, whose import takes long
     Literal["quick", "thesis", "fine"],
     typer.Option("--level", help="Coarse grids; the meshes of the sources; or three grids."),
 ]
@@ -31,7 +32,6 @@ def validate(
 ) -> None:
     """Compute published problems, and compare. Repeated, it resumes."""
     from service.cases.validation import STORE, selected, validated
-    from service.client.progress import showing_progress
 
     chosen = selected(cases or [])
     if listing:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 
 from service.cli.signals import EndRequest, handling_end_signals
 from service.client.progress import Show
+from service.execution import engine_of
 from service.files.artifacts import PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
+from service.queue.dispatcher import Dispatcher
 from service.records.jobs import SWEEP_TERMINAL, Keep, NotFound, StoreUnavailable, Submission, SweepState, SweepStatus
 from service.settings import Settings
 from service.store import Store, digest_of
@@ -29,7 +31,6 @@ from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
 if TYPE_CHECKING:
-    from service.queue.dispatcher import Dispatcher
     from service.records.expansion import ExpandedSweep
     from service.workers.warm import WarmProcess
 
@@ -153,14 +154,11 @@ def _store_of(settings: Settings) -> Iterator[tuple[Store, EndRequest]]:
 @contextmanager
 def start_engine(
     settings: Settings, store: Store, timings: Timings = DEFAULT, ready: "list[WarmProcess] | None" = None
-) -> "Iterator[Dispatcher]":
+) -> Iterator[Dispatcher]:
     """Dispatcher and engine, working through the store's queue for the duration of a block; raises InvalidInput.
 
     With SQLite the caller holds the data directory (``data_directory.holding``).
     """
-    from service.execution import engine_of
-    from service.queue.dispatcher import Dispatcher
-
     engine = engine_of(settings, ready)
     dispatcher = Dispatcher(settings, store, open_engine=engine, timings=timings, expand=_expanded_in_child)
     dispatcher.start()
@@ -193,7 +191,7 @@ def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, 
 
 
 def _wait(
-    store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
+    store: Store, dispatcher: Dispatcher, id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave; raises PublicationFailed."""
     silent = 0  # such looks: a process that was suspended has a few

@@ -2,8 +2,8 @@
 
 The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of
 the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
-such a callback in this process, and a busy machine collects often.) So the handler only notes what
-request, and wakes the waiting thread. No code between the two can discard the request.
+such a callback in this process, and a busy machine collects often.) So the handler only notes the
+request, and wakes the waiting thread. No code between the two can discard it.
 """
 
 import atexit

@@ -25,6 +25,10 @@ from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 import httpx
 
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
+from service.client.html import RunDocument, sweep_table, table
+from service.client.progress import is_watched, showing_progress
+from service.client.remote_cube import open_remote
+from service.client.results import SweepFolder
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import KEY_VARIABLE, SweepStatus
@@ -32,9 +36,9 @@ from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain
+from studies.sweeps.document import read_sweep_file, with_files
 
 if TYPE_CHECKING:
-    from service.client.html import RunDocument
     from studies.cubes.reading import Dataset
     from studies.reports.notebook import Figures
 
@@ -169,10 +173,8 @@ class Client:
 
     # --- runs ------------------------------------------------------------------------------------
 
-    def run(self, id: str) -> "RunDocument":
+    def run(self, id: str) -> RunDocument:
         """A run with its parameters."""
-        from service.client.html import RunDocument
-
         return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
 
     def find_run(self, prefix: str) -> str:
@@ -265,8 +267,6 @@ class SweepHandle:
 
     def _repr_html_(self) -> str:
         """The sweep as it stands, for a notebook; its address alone where the service does not respond."""
-        from service.client.html import sweep_table, table
-
         try:
             return sweep_table(self.status(), f"{self.client.url}{self._path}/report.html")
         except WhippleError as error:
@@ -294,8 +294,6 @@ class SweepHandle:
         ``on_progress`` is called with each status. Without it a bar shows the progress on a terminal and in a
         notebook, and nothing does elsewhere.
         """
-        from service.client.progress import is_watched, showing_progress
-
         if on_progress is None and is_watched():
             with showing_progress(self.status().name) as show:
                 return self._wait(timeout, show)
@@ -351,7 +349,6 @@ class SweepHandle:
         libraries are not installed.
         """
         import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
-        from service.client.remote_cube import open_remote
 
         if self.client.url.startswith(UNIX):
             cure = f"fetch the cube, or set {URL_VARIABLE} and {KEY_VARIABLE}"
@@ -362,8 +359,6 @@ class SweepHandle:
 
     def plot(self) -> "Figures":
         """The figures of the report, drawn from the cube, which is downloaded; raises ServiceError without one."""
-        from service.client.results import SweepFolder
-
         with tempfile.TemporaryDirectory() as folder:
             self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
             return SweepFolder(folder).plot()
@@ -396,8 +391,6 @@ class SweepHandle:
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
-    from studies.sweeps.document import read_sweep_file, with_files
-
     sweep = with_files(sweep, Path()) if isinstance(sweep, Mapping) else read_sweep_file(Path(sweep))
     content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.records.jobs import SweepStatus
-from studies.quantities.display import duration
+from studies import measurements, scenarios
+from studies.quantities.display import duration, with_bar
+from studies.quantities.parameters import declared
 from studies.quantities.units import readable
 
 if TYPE_CHECKING:
@@ -51,9 +53,6 @@ class RunDocument(dict[str, Any]):
 
     def _parameters(self) -> Iterator[tuple[str, str]]:
         """The parameters of the run with their units."""
-        from studies import scenarios
-        from studies.quantities.parameters import declared
-
         question = self.get("question") or {}
         parameters = question.get("parameters") or {}
         allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
@@ -62,9 +61,6 @@ class RunDocument(dict[str, Any]):
 
     def _measured(self) -> Iterator[tuple[str, str]]:
         """The measured values of the run with their units."""
-        from studies import measurements
-        from studies.quantities.display import with_bar
-
         known = set(measurements.names())
         for name, measured in ((self.get("summary") or {}).get("measurements") or {}).items():
             value = _with_unit(measured["value"], measurements.load(name).unit if name in known else None)

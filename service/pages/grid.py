@@ -86,7 +86,10 @@ class GridSheet:
         return range(points, min(self.planned, points + MOST_LISTED)) if self.dimensions else range(0)
 
     def others(self) -> Iterator[tuple[str, list[tuple[str, str | None]]]]:
-        """Of each other dimension its label, and its values, each with the word of its sheet; None: this one."""
+        """The label of each dimension beside those of the sheet, and its values.
+
+        Beside a value stands the ``word`` of the sheet that has it; None for this sheet.
+        """
         for k, dimension in enumerate(self.dimensions):
             if k in self.shown or len(dimension.texts) < 2:
                 continue

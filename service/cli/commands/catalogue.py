@@ -10,6 +10,7 @@ from service.cli.commands import SHIPPED, Commands
 from service.cli.commands.answering import print_answers
 from service.cli.console import print_json, print_table
 from service.cli.options import Json
+from studies import laws, materials, scenarios
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Parameter, declared
 from studies.quantities.units import readable
@@ -32,8 +33,6 @@ def list_kind(
     as_json: Json = False,
 ) -> None:
     """List the materials, the published laws or the scenarios, or show one with units and sources."""
-    from studies import laws, materials, scenarios
-
     if as_json:
         if kind == "materials":
             documents = [materials.load(entry).document() for entry in ([name] if name else materials.names())]
@@ -49,13 +48,13 @@ def list_kind(
         _show_scenario(scenarios.load(name)) if name else _list_scenarios(map(scenarios.load, scenarios.names()))
 
 
-def _list_materials(materials: "Iterable[Material]") -> None:
+def _list_materials(listed: "Iterable[Material]") -> None:
     rows = (
         (
             *(metal.name, metal.title, metal.family, _value(metal.density, metal.sources["density"].unit)),
             *(metal.eos.kind, metal.strength.kind),
         )
-        for metal in materials
+        for metal in listed
     )
     print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
 
@@ -70,8 +69,8 @@ def _show_material(material: "Material") -> None:
     print_table(("constant", "value", "confidence", "source"), rows)
 
 
-def _list_laws(laws: "Iterable[Law]") -> None:
-    rows = ((law.name, law.title, law.quantity, law.use.partition(" (")[0]) for law in laws)
+def _list_laws(listed: "Iterable[Law]") -> None:
+    rows = ((law.name, law.title, law.quantity, law.use.partition(" (")[0]) for law in listed)
     print_table(("name", "title", "quantity", "use"), rows)
 
 
@@ -90,8 +89,8 @@ def _show_law(law: "Law") -> None:
     print_table(("range", "source of the limit", "checked"), rows)
 
 
-def _list_scenarios(scenarios: "Iterable[Scenario]") -> None:
-    print_table(("name", "title", "measures"), ((s.name, s.title, ", ".join(s.measurements)) for s in scenarios))
+def _list_scenarios(listed: "Iterable[Scenario]") -> None:
+    print_table(("name", "title", "measures"), ((s.name, s.title, ", ".join(s.measurements)) for s in listed))
 
 
 def _show_scenario(scenario: "Scenario") -> None:

@@ -35,6 +35,7 @@ from service.cli.options import (
     document_of,
     folder_of,
 )
+from service.client.progress import showing_progress
 from studies.quantities.display import display_of, escaped, with_unit
 from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import refusal
@@ -61,7 +62,6 @@ def submit(
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
-    from service.client.progress import showing_progress
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
 
@@ -29,11 +30,13 @@ from service.cli.options import (
     folder_of,
     settings_of,
 )
+from service.client.progress import showing_progress
 from solver.errors import WhippleError
 from studies.quantities.display import duration
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
@@ -67,8 +70,6 @@ def demo(
 ) -> None:
     """Ask laws and shots about a shield, and compute example sweeps: holes and craters, or those that are named."""
     from service.cli.local import STORE_OF_FOLDER, run_sweeps
-    from service.client.progress import showing_progress
-    from studies.sweeps import examples
 
     begin = time.perf_counter()
     chosen = examples.names() if every_example or (warm and not names) else names or DEMO
@@ -154,8 +155,6 @@ def continue_growing(
 @app.command()
 def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
-    from dataclasses import asdict
-
     from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.reading import SweepLimits
@@ -222,7 +221,6 @@ def compute(
 ) -> int:
     """Compute a sweep into a folder as ``run_sweep`` does, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
-    from service.client.progress import showing_progress
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)

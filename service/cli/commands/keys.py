@@ -10,6 +10,7 @@ import typer
 
 from service.cli.commands import SERVICE, Commands
 from service.cli.console import SHORT_ID, moment, print_json, print_table
+from service.cli.offline import open_store, record_command
 from service.cli.options import Data, DatabaseUrl, Json, settings_of
 from service.records.jobs import Scope
 from studies.quantities.findings import refusal
@@ -44,8 +45,6 @@ def create_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
-    from service.cli.offline import open_store, record_command
-
     if not name.strip() or not name.isprintable():
         raise refusal("NAME", name, "a printable name", "write a name")
     until = None if expires is None else datetime.now(UTC) + duration_of("--expires", expires)
@@ -71,8 +70,6 @@ def rotate_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Replace a key by one of the same name, scopes and lifetime, and print its secret once; the old one ends later."""
-    from service.cli.offline import open_store, record_command
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         old = _matching(key, store.keys.all())
         _print_secret(*store.keys.rotate(old, duration_of("--grace", grace)))
@@ -101,8 +98,6 @@ def _print_secret(row: "KeyRow", secret: str) -> None:
 @keys.command("list")
 def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """List all keys, without their secrets."""
-    from service.cli.offline import open_store
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         rows = store.keys.all()
     print_json([vars(row) for row in rows]) if as_json else _print_keys(rows)
@@ -111,8 +106,6 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 @keys.command("revoke")
 def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
-    from service.cli.offline import open_store, record_command
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         revoked = store.keys.revoke(_matching(key, store.keys.all()).id)
         _print_keys([revoked])
@@ -129,8 +122,6 @@ def audit(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List the orders that the service was given: who, from where, and what came of it; oldest first."""
-    from service.cli.offline import open_store
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         entries = store.audit.entries((since or datetime.min).replace(tzinfo=UTC), owner=owner, action=action)
     if as_json:

@@ -12,8 +12,10 @@ import typer
 from service.cli.commands import SERVICE, Commands
 from service.cli.commands.keys import duration_of
 from service.cli.console import SHORT_ID, moment, print_json, print_table, say
+from service.cli.offline import open_store, record_command, without_services
 from service.cli.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, Threads, settings_of
 from service.memory import importing
+from service.records.jobs import Conflict, NotFound
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
@@ -82,7 +84,6 @@ def doctor(
 
 def _cure(settings: "Settings", forget_lost: int | None, *, adopt: bool, trust_clock: bool) -> None:
     """Change what the store holds about the clock, lost results, or its data directory."""
-    from service.cli.offline import open_store, record_command
     from service.queue import data_identity as identity
 
     with open_store(settings) as store:
@@ -107,7 +108,6 @@ def backup(
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
     from service.cli.backup import back_up
-    from service.cli.offline import open_store
 
     settings = settings_of(data=data)
     with open_store(settings) as store:
@@ -137,9 +137,6 @@ def retention(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
-    from service.cli.offline import open_store, record_command
-    from service.records.jobs import Conflict, NotFound
-
     if older_than is None and to_size is None and owner is None:
         raise refusal("retention", "no rule", "--older-than, --to-size or --owner", "give one of them")
     before = datetime.now(UTC) - (timedelta() if older_than is None else duration_of("--older-than", older_than))
@@ -181,7 +178,6 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
-    from service.cli.offline import open_store, record_command, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
     settings = settings_of(data=data, database_url=database_url)
