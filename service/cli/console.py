@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import IO, TYPE_CHECKING
 
-from studies import measurements
-from studies.observations import written
 from studies.quantities.display import duration, escaped
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 
@@ -131,6 +129,9 @@ def print_event(event: "SweepEvent") -> None:
 
 def _measured(values: Mapping[str, float | None]) -> str:
     """Measured values in the notation of a sweep document: "hole_diameter=14.4 mm"."""
+    from studies import measurements
+    from studies.observations import written
+
     units = {name: measurements.load(name).unit for name in measurements.names() if name in values}
     known = {name: float(f"{value:.4g}") for name, value in values.items() if value is not None}
     return ", ".join(f"{name}={written(value, units.get(name))}" for name, value in known.items())

@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from service.records.jobs import AuditEntry
 from solver.errors import WhippleError
 
 if TYPE_CHECKING:
@@ -46,6 +45,8 @@ def open_store(settings: "Settings", *, create: bool = False) -> "Iterator[Store
 
 def record_command(store: "Store", action: str, subject: str = "") -> None:
     """Record in the audit trail that the user of this process gave an order."""
+    from service.records.jobs import AuditEntry
+
     uid, name = os.getuid(), ""
     with suppress(KeyError):  # a container's user without a name
         name = pwd.getpwuid(uid).pw_name

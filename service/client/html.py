@@ -7,14 +7,12 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.records.jobs import SweepStatus
-from studies import measurements, scenarios
 from studies.quantities.display import duration, with_bar
-from studies.quantities.parameters import declared
 from studies.quantities.units import readable
 
 if TYPE_CHECKING:
     from service.client.connection import Connection
+    from service.records.jobs import SweepStatus
 
 DIGITS = 4  # of a measured value
 
@@ -53,6 +51,9 @@ class RunDocument(dict[str, Any]):
 
     def _parameters(self) -> Iterator[tuple[str, str]]:
         """The parameters of the run with their units."""
+        from studies import scenarios
+        from studies.quantities.parameters import declared
+
         question = self.get("question") or {}
         parameters = question.get("parameters") or {}
         allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
@@ -61,13 +62,15 @@ class RunDocument(dict[str, Any]):
 
     def _measured(self) -> Iterator[tuple[str, str]]:
         """The measured values of the run with their units."""
+        from studies import measurements
+
         known = set(measurements.names())
         for name, measured in ((self.get("summary") or {}).get("measurements") or {}).items():
             value = _with_unit(measured["value"], measurements.load(name).unit if name in known else None)
             yield name.replace("_", " "), with_bar(value, None) if value else ""
 
 
-def sweep_table(sweep: SweepStatus, report: str = "") -> str:
+def sweep_table(sweep: "SweepStatus", report: str = "") -> str:
     """A sweep at one moment; ``report`` is the address of its report, if there is one."""
     bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
     rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason), ("renewed", sweep.renewal)]

@@ -5,14 +5,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from service.client.html import sweep_table
-from service.records.jobs import SweepStatus
 from studies.quantities.display import duration, escaped
+
+if TYPE_CHECKING:
+    from service.records.jobs import SweepStatus
 
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 
-Show = Callable[[SweepStatus], None]
+Show = Callable[["SweepStatus"], None]
 
 
 def is_watched() -> bool:
@@ -42,7 +45,7 @@ def showing_progress(name: str) -> Iterator[Show]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
 
-        def show(sweep: SweepStatus) -> None:
+        def show(sweep: "SweepStatus") -> None:
             bar.update(
                 task,
                 completed=sweep.progress,
@@ -65,7 +68,7 @@ def _lines(name: str) -> Show:
     """A function that writes a line whenever more runs are computed, or another tenth of the work is done."""
     shown = (-1, -1)
 
-    def show(sweep: SweepStatus) -> None:
+    def show(sweep: "SweepStatus") -> None:
         nonlocal shown
         computed = _computed(sweep)
         before, shown = shown, (computed, math.floor(10 * sweep.progress))
@@ -76,13 +79,13 @@ def _lines(name: str) -> Show:
     return show
 
 
-def _left(sweep: SweepStatus) -> str:
+def _left(sweep: "SweepStatus") -> str:
     """The time left; empty before a run has ended, while kernels are compiled and no speed is known."""
     known = sweep.eta_seconds and _computed(sweep)
     return f"{duration(sweep.eta_seconds)} left" if known else ""
 
 
-def _computed(sweep: SweepStatus) -> int:
+def _computed(sweep: "SweepStatus") -> int:
     return sum(sweep.counts.get(state, 0) for state in COMPUTED)
 
 

@@ -10,7 +10,6 @@ from service.cli.commands import SHIPPED, Commands
 from service.cli.commands.answering import print_answers
 from service.cli.console import print_json, print_table
 from service.cli.options import Json
-from studies import laws, materials, scenarios
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Parameter, declared
 from studies.quantities.units import readable
@@ -33,6 +32,8 @@ def list_kind(
     as_json: Json = False,
 ) -> None:
     """List the materials, the published laws or the scenarios, or show one with units and sources."""
+    from studies import laws, materials, scenarios
+
     if as_json:
         if kind == "materials":
             documents = [materials.load(entry).document() for entry in ([name] if name else materials.names())]

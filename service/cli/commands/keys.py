@@ -4,7 +4,7 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import IO, TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,7 +12,6 @@ from service.cli.commands import SERVICE, Commands
 from service.cli.console import SHORT_ID, moment, print_json, print_table
 from service.cli.offline import open_store, record_command
 from service.cli.options import Data, DatabaseUrl, Json, settings_of
-from service.records.jobs import Scope
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
@@ -36,7 +35,8 @@ KeyArgument = Annotated[
 def create_key(
     name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
     scope: Annotated[
-        list[Scope] | None, typer.Option(help="read, submit (default) or admin; each includes those before it.")
+        list[Literal["read", "submit", "admin"]] | None,
+        typer.Option(help="read, submit (default) or admin; each includes those before it."),
     ] = None,
     expires: Annotated[
         str | None, typer.Option(help="Lifetime, such as 90d, 12h or 30m; by default unlimited.")
@@ -45,12 +45,14 @@ def create_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
+    from service.records.jobs import Scope
+
     if not name.strip() or not name.isprintable():
         raise refusal("NAME", name, "a printable name", "write a name")
     until = None if expires is None else datetime.now(UTC) + duration_of("--expires", expires)
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         others = sum(key.name == name.strip() for key in store.keys.all())
-        row, secret = store.keys.issue(name.strip(), scope or [Scope.SUBMIT], until)
+        row, secret = store.keys.issue(name.strip(), [*map(Scope, scope or ("submit",))], until)
         _print_secret(row, secret)
         if others:
             count = "another key is" if others == 1 else f"{others} other keys are"

@@ -15,7 +15,6 @@ from service.cli.console import SHORT_ID, moment, print_json, print_table, say
 from service.cli.offline import open_store, record_command, without_services
 from service.cli.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, Threads, settings_of
 from service.memory import importing
-from service.records.jobs import Conflict, NotFound
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
@@ -137,6 +136,8 @@ def retention(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
+    from service.records.jobs import Conflict, NotFound
+
     if older_than is None and to_size is None and owner is None:
         raise refusal("retention", "no rule", "--older-than, --to-size or --owner", "give one of them")
     before = datetime.now(UTC) - (timedelta() if older_than is None else duration_of("--older-than", older_than))
