@@ -92,11 +92,11 @@ async def _posted(request: Request, body: RequestBody, settings: AppSettings) ->
 PostedDocument = Annotated[Posted, Depends(_posted)]
 
 
-async def in_child(request: Request, call: Callable[[Given], Made], given: Given) -> Made:
-    """What a child process makes of something, for which the request waits without a turn; raises InvalidInput."""
+async def in_child(request: Request, call: Callable[[*Given], Made], *given: *Given) -> Made:
+    """What a child process makes of arguments, for which the request waits without a turn; raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with waiting(request), readers.slot(request.state.caller.name):
-        return await readers.run(call, given)
+        return await readers.run(call, *given)
 
 
 @asynccontextmanager

@@ -46,11 +46,11 @@ class Readers:
         """
         return self._submissions.place(key, within=self._wait, late=LATE)
 
-    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
-        """Let a child make something; called within ``slot``. Raises InvalidInput, ReaderLost."""
+    async def run(self, call: Callable[[*Given], Made], *given: *Given) -> Made:
+        """What a child makes of the arguments of a call; called within ``slot``. Raises InvalidInput, ReaderLost."""
         try:
             with anyio.fail_after(self._wall):
-                return await to_process.run_sync(within_limits, call, given, self._limits, cancellable=True)
+                return await to_process.run_sync(within_limits, self._limits, call, *given, cancellable=True)
         except TimeoutError:
             raise ReaderLost(f"it took more than {self._wall:g} s") from None
         except anyio.BrokenWorkerProcess:

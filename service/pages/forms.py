@@ -35,17 +35,6 @@ SAMPLES = "values"  # key of a sampled axis with what was drawn
 
 
 @dataclass(frozen=True)
-class SweepForm:
-    """The fields of a form, and the document with which it begins, whose values it may change."""
-
-    scenario: str
-    fields: Mapping[str, str]
-    document: Mapping[str, Plain]
-    is_submitted: bool
-    max_runs: int
-
-
-@dataclass(frozen=True)
 class AskedSweep:
     """What a page says of the form that it shows."""
 
@@ -60,19 +49,24 @@ class AskedSweep:
     setup: tuple[str, str] | None  # drawing of the set-up and its alternative text
 
 
-def asked(form: SweepForm) -> AskedSweep:
-    """The sweep of a form, priced, or expanded if it is to be submitted."""
-    fields = {**fields_of(form.document), **form.fields}
+def asked(
+    scenario: str, changes: Mapping[str, str], beginning: Mapping[str, Plain], is_submitted: bool, max_runs: int
+) -> AskedSweep:
+    """The sweep of a form, priced, or expanded if it is to be submitted.
+
+    The form begins with the fields of a document, and has ``changes``.
+    """
+    fields = {**fields_of(beginning), **changes}
     findings = Findings()
-    document = findings.attempt(document_of, form.scenario, fields)
-    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(form.max_runs))
+    document = findings.attempt(document_of, scenario, fields)
+    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(max_runs))
     cost = expanded = None
-    if sweep is not None and form.is_submitted:
+    if sweep is not None and is_submitted:
         expanded = findings.attempt(expanded_sweep, sweep)
     if sweep is not None and expanded is None:
-        cost = findings.attempt(estimated_sweep, sweep, form.max_runs)
+        cost = findings.attempt(estimated_sweep, sweep, max_runs)
     return AskedSweep(
-        scenario=form.scenario,
+        scenario=scenario,
         fields=fields,
         yaml="" if document is None or (cost is None and expanded is None) else yaml_of(document),
         own_materials=tuple(map(str, sweep.materials)) if sweep else (),

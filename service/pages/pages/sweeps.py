@@ -28,7 +28,7 @@ from service.api.routes import sweeps
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.pages.charts import Chart
-from service.pages.computed import FurtherValues, longer
+from service.pages.computed import longer
 from service.pages.grid import GridSheet, chart_of, quantities_of, sheet_of, shown_cells
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, drawn, idempotency_of, page
@@ -188,11 +188,11 @@ async def add_values(
     """Submit a sweep with further values on an axis, and show it; what was computed is not computed again."""
     status, document = await run_in_threadpool(lambda: (store.sweeps.get(id), store.sweeps.document(id)))
     axis, values = form.get("axis", ""), form.get("values", "")
-    further = FurtherValues(document, axis, values, settings.max_runs)
     once = idempotency_of(form, id, axis, values)
     priority = status.priority if caller.may(Scope.ADMIN) else max(status.priority, USUAL_PRIORITIES[0])
     async with submitting(request):
-        stored = await submit(request, await in_child(request, longer, further), priority, status.keep, once)
+        sweep = await in_child(request, longer, document, axis, values, settings.max_runs)
+        stored = await submit(request, sweep, priority, status.keep, once)
     return RedirectResponse(f"/sweeps/{stored.id}", SEE_OTHER)
 
 
