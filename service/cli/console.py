@@ -139,7 +139,8 @@ def _measured(values: Mapping[str, float | None]) -> str:
 
 def print_queue(queue: "QueueDocument") -> None:
     paused = f"paused since {queue['paused']}" if queue["paused"] else "open"
-    say(f"{paused}: {nonzero(queue['counts']) or 'empty'}")
+    counts = ", ".join(f"{count} {state}" for state, count in queue["counts"].items() if count)
+    say(f"{paused}: {counts or 'empty'}")
     if queue["oldest_queued"]:
         say(f"  oldest run queued since {queue['oldest_queued']}")
     if queue["blocked_reason"]:
@@ -147,15 +148,6 @@ def print_queue(queue: "QueueDocument") -> None:
     if queue["deletion_paused"]:
         say(f"  nothing is deleted by age: {queue['deletion_paused']}")
     say(f"  leader: {queue['leader'] or 'none'}")
-
-
-def nonzero(counts: Mapping[str, int]) -> str:
-    """Points by state, without zeros.
-
-    >>> nonzero({"queued": 0, "succeeded": 17, "failed": 1})
-    '17 succeeded, 1 failed'
-    """
-    return ", ".join(f"{count} {state}" for state, count in counts.items() if count)
 
 
 def moment(time: datetime | None) -> str:

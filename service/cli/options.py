@@ -11,6 +11,7 @@ from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
     from service.client.client import Client
+    from service.records.jobs import SweepStatus
     from service.settings import Settings
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
@@ -108,3 +109,10 @@ def _key_in(file: Path) -> str:
         cure = "write only the secret that `whipple keys create` printed into the file"
         raise refusal("--key-file", str(file), limit, cure)
     return words[0]
+
+
+def exit_status(ended: "SweepStatus") -> int:
+    """The exit status for a sweep that has ended."""
+    if ended.state == "failed":
+        return FAILURE
+    return SUCCESS if ended.counts.get("succeeded") == ended.planned else SOME_FAILED

@@ -18,9 +18,6 @@ from service.cli.console import (
     print_warnings,
 )
 from service.cli.options import (
-    FAILURE,
-    SOME_FAILED,
-    SUCCESS,
     Accuracy,
     EveryColumn,
     Json,
@@ -33,6 +30,7 @@ from service.cli.options import (
     Url,
     client_of,
     document_of,
+    exit_status,
     folder_of,
 )
 from service.client.progress import showing_progress
@@ -41,7 +39,7 @@ from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
-    from service.client.client import SweepHandle, SweepStatus
+    from service.client.client import SweepHandle
 
 app = typer.Typer()
 COMMANDS = Commands("client", REQUESTS, app)
@@ -76,7 +74,7 @@ def submit(
             with showing_progress(accepted.name) as show:
                 ended = handle.wait(on_progress=show)
             print_sweep(ended)
-            raise typer.Exit(_exit_status(ended))
+            raise typer.Exit(exit_status(ended))
         print(f"watch it with: whipple status {handle.id} --watch --url {client.url}", file=sys.stderr)
 
 
@@ -118,7 +116,7 @@ def status(
                 print_event(event)
             ended = handle.status()
             print_sweep(ended)
-            raise typer.Exit(_exit_status(ended))
+            raise typer.Exit(exit_status(ended))
 
 
 def _print_runs(handle: "SweepHandle", state: str | None, *, as_json: bool) -> None:
@@ -262,9 +260,3 @@ def queue(
         else:
             state = client.pause() if pause else client.resume()
     print_json(state) if as_json else print_queue(state)
-
-
-def _exit_status(ended: "SweepStatus") -> int:
-    if ended.state == "failed":
-        return FAILURE
-    return SUCCESS if ended.counts.get("succeeded") == ended.planned else SOME_FAILED

@@ -15,8 +15,6 @@ from service.cli.commands import LOCAL, Commands
 from service.cli.commands.answering import print_examples
 from service.cli.console import print_json, print_warnings, say
 from service.cli.options import (
-    SOME_FAILED,
-    SUCCESS,
     Accuracy,
     EveryColumn,
     Json,
@@ -27,6 +25,7 @@ from service.cli.options import (
     SweepFile,
     Threads,
     document_of,
+    exit_status,
     folder_of,
     settings_of,
 )
@@ -235,5 +234,4 @@ def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)
     if headline := json.loads((finished.folder / "report.json").read_text("utf-8"))["headline"]:
         print(f"  {headline}", flush=True)
-    has_all = finished.counts["succeeded"] == finished.sweep.planned
-    return SUCCESS if has_all else SOME_FAILED
+    return exit_status(finished.sweep)

@@ -39,10 +39,7 @@ PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422
-
-
-# The parameter of a scenario that a field sets.
-NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}
+NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}  # the parameter of a scenario that a field sets
 
 
 @router.get("/new")
@@ -65,8 +62,8 @@ async def show_form(
 ) -> Response:
     """The form, empty or with the values of a preset, a sweep or the address."""
     document = await run_in_threadpool(_beginning, request.app.state.store, scenario, preset, sweep)
-    sweep = await _asked(request, scenario, request.query_params, document)
-    return await run_in_threadpool(_form_page, request, caller, sweep, {})
+    read = await _asked(request, scenario, request.query_params, document)
+    return await run_in_threadpool(_form_page, request, caller, read, {})
 
 
 def _beginning(store: Store, scenario: str, preset: str | None, sweep: str | None) -> Mapping[str, Plain]:
