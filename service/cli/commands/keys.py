@@ -4,7 +4,7 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import IO, TYPE_CHECKING, Annotated, Literal
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
@@ -35,8 +35,7 @@ KeyArgument = Annotated[
 def create_key(
     name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
     scope: Annotated[
-        list[Literal["read", "submit", "admin"]] | None,
-        typer.Option(help="read, submit (default) or admin; each includes those before it."),
+        list[str] | None, typer.Option(help="read, submit (default) or admin; each includes those before it.")
     ] = None,
     expires: Annotated[
         str | None, typer.Option(help="Lifetime, such as 90d, 12h or 30m; by default unlimited.")
@@ -47,6 +46,9 @@ def create_key(
     """Create a key, and print its secret once: it is not stored."""
     from service.records.jobs import Scope
 
+    unknown = [word for word in scope or () if word not in list(Scope)]
+    if unknown:
+        raise refusal("--scope", unknown[0], " or ".join(Scope), "write one of these")
     if not name.strip() or not name.isprintable():
         raise refusal("NAME", name, "a printable name", "write a name")
     until = None if expires is None else datetime.now(UTC) + duration_of("--expires", expires)
