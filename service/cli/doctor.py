@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
 
+from service import execution
 from service.cli.offline import has_database
-from service.execution import probe
 from service.files.artifacts import Artifacts
 from service.files.stores import FilesAway
 from service.queue import data_identity as identity
@@ -133,7 +133,7 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         return
 
     try:
-        cluster = probe(settings)
+        cluster = execution.probe(settings)
     except OSError as error:
         cure = "start the scheduler, open its port, and give both sides the same certificate authority"
         detail = f"{settings.engine} does not respond: {error}"
