@@ -10,7 +10,7 @@ Nothing inside the project imports this module, and importing it loads nothing h
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from service.client.client import Client
     from service.client.results import SweepFolder
+    from studies.quantities.parameters import Plain
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
 
@@ -25,7 +26,7 @@ LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
 def run_sweep(
-    document: Mapping[str, Any] | str | Path,
+    document: Mapping[str, "Plain"] | str | Path,
     out: str | Path,
     *,
     overwrite: bool = False,
@@ -78,7 +79,7 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
 
 
-def laws(**parameters: Any) -> "xarray.Dataset":
+def laws(**parameters: "Plain") -> "xarray.Dataset":
     """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
 
     Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
@@ -112,7 +113,7 @@ def open_film(path: str | Path) -> "xarray.Dataset":
     return open_film(path)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "type[Client]":
     """``Client`` is imported when it is first asked for."""
     if name == "Client":
         from service.client.client import Client

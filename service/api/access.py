@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
-from ipaddress import ip_address
+from ipaddress import IPv4Address, IPv6Address, ip_address
 from threading import Lock
 from typing import Annotated
 from urllib.parse import urlsplit
@@ -79,10 +79,15 @@ def is_loopback(host: str) -> bool:
     >>> is_loopback("127.0.0.1"), is_loopback("localhost"), is_loopback("0.0.0.0")
     (True, True, False)
     """
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host in LOOPBACK_NAMES
+    address = _address(host)
+    return host in LOOPBACK_NAMES if address is None else address.is_loopback
+
+
+def _address(text: str) -> IPv4Address | IPv6Address | None:
+    """A numeric address; None for a name."""
+    with suppress(ValueError):
+        return ip_address(text)
+    return None
 
 
 # --- hosts and sites ------------------------------------------------------------------------------
@@ -143,11 +148,8 @@ def _is_own_site(headers: Headers, host: str) -> bool:
 
 def _is_own_address(scope: types.Scope, name: str) -> bool:
     """Whether a ``Host`` is the numeric address that the connection was made to."""
-    server = scope.get("server")
-    try:
-        return server is not None and ip_address(name) == ip_address(server[0])
-    except ValueError:
-        return False
+    address = _address(name)
+    return address is not None and address == _address((scope.get("server") or ("",))[0])
 
 
 def _hostname(host: str) -> str:
@@ -220,7 +222,8 @@ def _admit(request: Request, required: SecurityScopes, credentials: Credentials)
     request.state.caller = caller
     known.remember(request.scope, caller)
     if not caller.may(Scope.ADMIN) and not hasattr(request.state, "rate"):  # router and endpoint ask both
-        request.state.rate = request.app.state.rates.count(caller.name)
+        state = request.app.state
+        request.state.rate = count_request(state.requests, caller.name, state.settings.quota_requests)
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
@@ -272,8 +275,8 @@ def key_of(request: Request, secret: str) -> KeyRow:
     keys, is_plausible = request.app.state.store.keys, 0 < len(secret) <= LONGEST_SECRET
     key: KeyRow | None = keys.find(secret) if is_plausible else None
     if key is None:
-        seconds = request.app.state.wrong_keys.count(peer_of(request.scope))
-        if seconds:
+        number, seconds = request.app.state.wrong_keys.count(network_of(peer_of(request.scope)))
+        if number > MOST_WRONG_KEYS:
             raise TooManyWrongKeys(seconds)
         request.state.refused_key = keys.find(secret, ended=True) if is_plausible else None
         raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
@@ -286,9 +289,8 @@ def peer_of(scope: types.Scope) -> str:
     if server is not None and server[1] is None:  # a path has no port
         return OWN_SOCKET
     text = str((scope.get("client") or ("",))[0])
-    with suppress(ValueError):  # a socket for both families writes an IPv4 peer as a mapped IPv6 address
-        return str(getattr(ip_address(text), "ipv4_mapped", None) or text)
-    return text
+    # A socket for both families writes an IPv4 peer as a mapped IPv6 address.
+    return str(getattr(_address(text), "ipv4_mapped", None) or text)
 
 
 def _is_local(scope: types.Scope, settings: Settings) -> bool:
@@ -300,11 +302,8 @@ def _is_local(scope: types.Scope, settings: Settings) -> bool:
 
 
 def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
-    try:
-        address = ip_address(peer_of(scope))
-    except ValueError:
-        return False
-    return any(address in network for network in settings.trusted_proxy)
+    address = _address(peer_of(scope))
+    return address is not None and any(address in network for network in settings.trusted_proxy)
 
 
 def requires(scope: Scope) -> params.Security:
@@ -340,28 +339,21 @@ class MinuteCounter:
             return self._numbers[name], math.ceil(self._end - now)
 
 
-class RequestRates:
-    """Requests of each owner in a minute.
+def count_request(counter: MinuteCounter, owner: str, quota: int) -> Mapping[str, str]:
+    """Count a request of an owner; the fields of its response. Raises TooManyRequests beyond a quota for a minute.
 
-    Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60``
-    and ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
+    Fields are those of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60`` and
+    ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
     """
-
-    def __init__(self, quota: int):
-        self._quota = quota
-        self._counter = MinuteCounter()
-
-    def count(self, owner: str) -> Mapping[str, str]:
-        """Count a request; the fields of its response. Raises TooManyRequests."""
-        number, seconds = self._counter.count(owner)
-        fields = {
-            "RateLimit-Policy": f'"requests";q={self._quota};w={WINDOW:.0f}',
-            "RateLimit": f'"requests";r={max(0, self._quota - number)};t={seconds}',
-        }
-        if number > self._quota:
-            text = f"{number} requests of {owner!r} within {WINDOW:.0f} s; the quota is {self._quota}"
-            raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
-        return fields
+    number, seconds = counter.count(owner)
+    fields = {
+        "RateLimit-Policy": f'"requests";q={quota};w={WINDOW:.0f}',
+        "RateLimit": f'"requests";r={max(0, quota - number)};t={seconds}',
+    }
+    if number > quota:
+        text = f"{number} requests of {owner!r} within {WINDOW:.0f} s; the quota is {quota}"
+        raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
+    return fields
 
 
 class KnownCallers:
@@ -402,24 +394,11 @@ def _sent_by(scope: types.Scope) -> bytes:
     return sha256("\n".join((request.headers.get("authorization", ""), cookie(request, SESSION))).encode()).digest()
 
 
-def network_of(address: str) -> str:
+def network_of(text: str) -> str:
     """An address, or of IPv6 the network of its host.
 
     >>> network_of("127.0.0.1"), network_of("2001:db8::1"), network_of("socket")
     ('127.0.0.1', '2001:0db8:0000:0000', 'socket')
     """
-    with suppress(ValueError):
-        return ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
-    return address
-
-
-class WrongKeys:
-    """Wrong keys of each address in a minute."""
-
-    def __init__(self) -> None:
-        self._counter = MinuteCounter()
-
-    def count(self, address: str) -> int:
-        """Count a wrong key; the seconds that its address has to wait, 0 while it sent few."""
-        number, seconds = self._counter.count(network_of(address))
-        return seconds if number > MOST_WRONG_KEYS else 0
+    address = _address(text)
+    return text if address is None else address.exploded[:19]  # a host with IPv6 has the addresses of a /64

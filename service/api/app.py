@@ -9,14 +9,14 @@ from fastapi.staticfiles import StaticFiles
 
 from service import version
 from service.api import errors
-from service.api.access import Access, KnownCallers, RequestRates, WrongKeys, check_binding, requires
+from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
-from service.api.routes import Routes, all_routes
+from service.api.routes import all_routes
 from service.api.routes.openapi import PROBLEM, TAGS, add_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
@@ -67,14 +67,20 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
-    app.state.problem_page = None
-    app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
-    app.state.wrong_keys, app.state.known_callers = WrongKeys(), KnownCallers()
+    app.state.problem_page = None  # of the last routes that have one
+    app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
+    app.state.readers, app.state.known_callers = Readers(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
     app.state.readiness = readiness
     app.state.conversions = Conversions(settings.data / CACHE)
     for routes in all_routes():
-        _add(app, routes)
+        for router in routes.open:
+            app.include_router(router)
+        for router in routes.guarded:
+            app.include_router(router, dependencies=[requires(Scope.READ)])
+        for address, folder in routes.files.items():
+            app.mount(address, StaticFiles(directory=folder))
+        app.state.problem_page = routes.problem_page or app.state.problem_page
     app.add_middleware(Access, settings=settings)
     app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
@@ -83,14 +89,3 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     errors.install(app)
     add_schemas(app)
     return app
-
-
-def _add(app: FastAPI, routes: Routes) -> None:
-    for router in routes.open:
-        app.include_router(router)
-    for router in routes.guarded:
-        app.include_router(router, dependencies=[requires(Scope.READ)])
-    for address, folder in routes.files.items():
-        app.mount(address, StaticFiles(directory=folder))
-    if routes.problem_page is not None:
-        app.state.problem_page = routes.problem_page

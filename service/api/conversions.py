@@ -130,7 +130,7 @@ class Conversions:
             raise
         if made.age is None:
             now = time.monotonic()
-            self._parts = {key: each for key, each in self._parts.items() if now - each.ended < self._part_seconds}
+            self._parts = {key: part for key, part in self._parts.items() if now - part.ended < self._part_seconds}
             self._parts[sweep, kind] = LatestPart(now, made)
         return made
 
@@ -171,7 +171,6 @@ class Conversions:
                     if made is not None:
                         return made
                     sha256 = await self._make(file, text)
-            await run_in_threadpool(_use, file)
         except FileNotFoundError:
             raise ConversionFailed("the data directory, or the file, was removed") from None
         return MadeFile(file, sha256)
@@ -230,11 +229,6 @@ def _marked(file: Path) -> str:
     return sha256
 
 
-def _use(file: Path) -> None:
-    """Note that a file is used now; it is not modified, because Last-Modified and ETag are of its content."""
-    os.utime(file, (time.time(), file.stat().st_mtime))
-
-
 def _tidy(folder: Path, made: Path) -> None:
     """Remove the files of a cache that were not used for the longest time, beyond its limits."""
     used: dict[Path, os.stat_result] = {}
@@ -251,10 +245,12 @@ def _tidy(folder: Path, made: Path) -> None:
 
 
 def _whole(file: Path) -> str | None:
-    """The SHA-256 of a file that is as it was made; None: it is missing or damaged."""
+    """The SHA-256 of a file that is as it was made, and is used now; None: it is missing or damaged."""
     mark = _mark(file)
-    sha256 = digest(file) if file.is_file() and mark.is_file() else None
-    return sha256 if sha256 is None or sha256 == mark.read_text() else None
+    if not (file.is_file() and mark.is_file()) or (sha256 := digest(file)) != mark.read_text():
+        return None
+    os.utime(file, (time.time(), file.stat().st_mtime))  # its Last-Modified stays that of its content
+    return sha256
 
 
 def _mark(file: Path) -> Path:

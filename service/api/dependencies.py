@@ -13,7 +13,6 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller
 from service.api.browsers import body_of
-from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
 from service.api.errors import PayloadTooLarge, UnsupportedMediaType
 from service.api.event_streams import EventStreams
@@ -38,7 +37,7 @@ IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 # --- parts of the app -----------------------------------------------------------------------------
 
 
-AppPart = Store | Settings | Artifacts | Conversions | ReadinessCheck | EventStreams
+AppPart = Store | Settings | Artifacts | ReadinessCheck | EventStreams
 
 
 def _part(name: str) -> params.Depends:
@@ -54,7 +53,6 @@ AppStore = Annotated[Store, _part("store")]
 AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
 LocalArtifacts = Annotated[Artifacts, _part("local_artifacts")]  # those on the disk: no bucket is asked
-AppConversions = Annotated[Conversions, _part("conversions")]
 AppReadiness = Annotated[ReadinessCheck, _part("readiness")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
@@ -94,11 +92,11 @@ async def _posted(request: Request, body: RequestBody, settings: AppSettings) ->
 PostedDocument = Annotated[Posted, Depends(_posted)]
 
 
-async def in_child(request: Request, call: Callable[[Given], Made], given: Given) -> Made:
-    """What a child process makes of something, for which the request waits without a turn; raises InvalidInput."""
+async def in_child(request: Request, call: Callable[[*Given], Made], *given: *Given) -> Made:
+    """What a child process makes of arguments, for which the request waits without a turn; raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with waiting(request), readers.slot(request.state.caller.name):
-        return await readers.run(call, given)
+        return await readers.run(call, *given)
 
 
 @asynccontextmanager
@@ -242,17 +240,13 @@ def _repeated(
     """The idempotency key of a submission, and a digest of what it asks for; raises InvalidInput."""
     if idempotency_key is None:
         return None
+    # The draft standard has quotes around it.
+    key = re.sub(r'\A"(.*)"\Z', r"\1", idempotency_key, flags=re.S)
+    if not IDEMPOTENCY_KEY.fullmatch(key):
+        limit = "1 to 200 visible ASCII characters without spaces"
+        raise InvalidInput([Finding("Idempotency-Key", shown(idempotency_key), limit, "write for example a UUID")])
     prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
-    return _unquoted_key(idempotency_key), hashlib.sha256(prefix + body).hexdigest()
+    return key, hashlib.sha256(prefix + body).hexdigest()
 
 
 Idempotency = Annotated[tuple[str, str] | None, Depends(_repeated)]
-
-
-def _unquoted_key(key: str) -> str:
-    """An Idempotency-Key without the quotes of its draft standard; raises InvalidInput."""
-    text = key[1:-1] if len(key) > 1 and key[0] == key[-1] == '"' else key
-    if not IDEMPOTENCY_KEY.fullmatch(text):
-        limit = "1 to 200 visible ASCII characters without spaces"
-        raise InvalidInput([Finding("Idempotency-Key", shown(key), limit, "write for example a UUID")])
-    return text

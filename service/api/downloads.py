@@ -8,10 +8,12 @@ implemented here, and that an invalid Range is ignored.
 import base64
 import logging
 import re
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
+from types import MappingProxyType
+from typing import Unpack
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
@@ -19,8 +21,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers
 from starlette.types import Receive, Scope, Send
 
+from service.api.conversions import Conversions, FileOptions
 from service.api.errors import FileDamaged, PreconditionFailed
-from service.api.turns import in_waiting_thread
+from service.api.turns import in_waiting_thread, turn_of
 from service.files.artifacts import Artifacts, known_digest
 from service.files.stores import FilesAway
 from service.queue.scrubbing import make_again
@@ -72,6 +75,23 @@ async def bring_back(request: Request, *files: Stored) -> None:
     artifacts: Artifacts = request.app.state.artifacts
     if artifacts.bucket is not None:
         await in_waiting_thread(request, lambda: [artifacts.local(file) for file in files])
+
+
+async def send_made(
+    request: Request,
+    kind: str,
+    sources: Sequence[Stored],
+    filename: str,
+    *,
+    is_attachment: bool = False,
+    headers: Mapping[str, str] = MappingProxyType({}),
+    **options: Unpack[FileOptions],
+) -> Response:
+    """The response with a file of a kind (``conversions.MAKERS``) that is made from stored files."""
+    conversions: Conversions = request.app.state.conversions
+    await bring_back(request, *sources)
+    made = await conversions.file(kind, sources, request.app.state.artifacts, turn_of(request), **options)
+    return await send_file(request, Download(made.path, filename, made.sha256, is_attachment, headers))
 
 
 async def send_file(request: Request, download: Download) -> Response:
@@ -184,13 +204,7 @@ def _tags(header: str) -> set[str]:
 
 
 def serves(
-    router: APIRouter,
-    path: str,
-    names: tuple[str, ...],
-    description: str,
-    *,
-    schema: Mapping[str, str] = ANY_OBJECT,
-    operation_id: str | None = None,
+    router: APIRouter, path: str, names: tuple[str, ...], description: str, *, schema: Mapping[str, str] = ANY_OBJECT
 ) -> Callable[[Endpoint], Endpoint]:
     """Add an endpoint for a file that is like one of ``names``; ``schema`` is that of JSON."""
     types = [media_type_of(name).partition(";")[0] for name in names]
@@ -207,5 +221,4 @@ def serves(
             206: partial,
             304: {"description": "Unchanged"},
         },
-        operation_id=operation_id,
     )

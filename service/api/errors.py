@@ -102,7 +102,9 @@ PROBLEMS: dict[type[Exception], ProblemDetails] = {
 class RequestError(WhippleError):
     """An error that only a request has; the docstring of each kind is its meaning in the documentation."""
 
-    headers: Mapping[str, str] = MappingProxyType({})  # of the response
+    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
+        super().__init__(text)
+        self.headers = headers  # of the response
 
     def __init_subclass__(cls, *, status: int, title: str, retry_after: int | None = None):
         assert cls.__doc__
@@ -125,9 +127,8 @@ class Unauthorized(RequestError, status=401, title="Unauthorized"):
     """This request needs a valid API key."""
 
     def __init__(self, text: str, *, key_was_sent: bool):
-        super().__init__(text)
         error = ', error="invalid_token"' if key_was_sent else ""
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{error}'}
+        super().__init__(text, {"WWW-Authenticate": f'Bearer realm="whipple"{error}'})
 
 
 class TooManyWrongKeys(Unauthorized, status=429, title="Too many wrong keys"):
@@ -142,9 +143,8 @@ class Forbidden(RequestError, status=403, title="Forbidden"):
     """The API key lacks the scope that this request needs."""
 
     def __init__(self, text: str, *, scope: str):
-        super().__init__(text)
         error = f'error="insufficient_scope", scope="{scope}"'
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {error}'}
+        super().__init__(text, {"WWW-Authenticate": f'Bearer realm="whipple", {error}'})
 
 
 class ConversionFailed(RequestError, status=500, title="Conversion failed"):
@@ -162,17 +162,9 @@ class FileDamaged(RequestError, status=500, title="File damaged"):
 class Busy(RequestError, status=503, title="Service busy", retry_after=5):
     """The maximum number of clients is using this resource."""
 
-    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
-        super().__init__(text)
-        self.headers = headers
-
 
 class TooManyRequests(RequestError, status=429, title="Too many requests", retry_after=5):
     """This key, or all keys together, have as much under way as the service allows; send the request again."""
-
-    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
-        super().__init__(text)
-        self.headers = headers
 
 
 class ReaderLost(RequestError, status=503, title="Reader lost", retry_after=2):
@@ -181,10 +173,6 @@ class ReaderLost(RequestError, status=503, title="Reader lost", retry_after=2):
 
 class UnsupportedMediaType(RequestError, status=415, title="Unsupported media type"):
     """This operation does not read bodies of this media type, or in this coding."""
-
-    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
-        super().__init__(text)
-        self.headers = headers
 
 
 class BadRequest(RequestError, status=400, title="Bad request"):

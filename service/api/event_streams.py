@@ -27,7 +27,7 @@ from pydantic_core import to_jsonable_python
 
 from service.api.errors import Busy, TooManyRequests, Unauthorized
 from service.api.schemas import ProgressModel, RunModel, SweepModel
-from service.records.jobs import TERMINAL, Event, NotFound, RunRow, StoreUnavailable
+from service.records.jobs import Event, RunRow, StoreUnavailable
 from service.store import Store
 
 log = logging.getLogger(__name__)
@@ -177,51 +177,10 @@ class EventStreams:
 class EventSubject:
     """The subject of a stream: a sweep, a run or the queue."""
 
-    events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
+    events: Callable[[int, int], Sequence[Event]]  # those after a number, oldest first, so many at most
     includes: Callable[[str, Sequence[str]], bool]  # a running run, by its id and those of its sweeps
-    final: Callable[
-        [], SweepModel | RunModel | Mapping[str, str] | None
-    ]  # content of the message ``end``; None before the end
-
-
-def sweep_subject(store: Store, id: str) -> EventSubject:
-    """A sweep and its runs, until it has ended."""
-
-    def final() -> SweepModel | Mapping[str, str] | None:
-        try:
-            row = store.sweeps.get(id)
-        except NotFound:
-            return {"id": id, "state": "deleted"}
-        return SweepModel.of(row) if row.is_terminal else None
-
-    return EventSubject(
-        events=lambda after: store.events.of_sweep(id, after=after, limit=PAGE),
-        includes=lambda _run, sweeps: id in sweeps,
-        final=final,
-    )
-
-
-def run_subject(store: Store, id: str) -> EventSubject:
-    """A run, until it has ended."""
-
-    def final() -> RunModel | None:
-        row = store.runs.get(id)
-        return RunModel.of(row) if row.state in TERMINAL else None
-
-    return EventSubject(
-        events=lambda after: store.events.of_run(id, after=after, limit=PAGE),
-        includes=lambda run, _sweeps: run == id,
-        final=final,
-    )
-
-
-def queue_subject(store: Store) -> EventSubject:
-    """All sweeps and runs, for as long as the client is connected."""
-    return EventSubject(
-        events=lambda after: store.events.all(after=after, limit=PAGE),
-        includes=lambda _run, _sweeps: True,
-        final=lambda: None,
-    )
+    # Content of the message ``end``; None before the end.
+    final: Callable[[], SweepModel | RunModel | Mapping[str, str] | None]
 
 
 async def stream(subject: EventSubject, listener: Listener, after: int) -> AsyncIterator[ServerSentEvent]:
@@ -233,7 +192,7 @@ async def stream(subject: EventSubject, listener: Listener, after: int) -> Async
         try:
             # Read before the events, so that the message ``end`` follows all of them.
             final = await run_sync(subject.final)
-            events = await run_sync(subject.events, after)
+            events = await run_sync(subject.events, after, PAGE)
             has_failed = False
         except StoreUnavailable:  # repeated at the next snapshot
             final, events, has_failed = None, (), True

@@ -28,7 +28,7 @@ from prometheus_client.registry import Collector
 from service import version
 from service.api.event_streams import EventStreams
 from service.api.readiness import ReadinessCheck
-from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, QueueRow, RunTally, State, StoreUnavailable
+from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, RunTally, State, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 
@@ -60,8 +60,7 @@ class Metrics:
             registry=self._registry,
         )
         ProcessCollector(registry=self._registry)
-        self._registry.register(_ProcessMetrics(engine, streams))
-        self._registry.register(_ServiceMetrics(store, engine, readiness))
+        self._registry.register(_ServiceMetrics(store, engine, streams, readiness))
 
     def record_request(self, *, route: str, method: str, status: int, seconds: float) -> None:
         """Count a request."""
@@ -73,66 +72,45 @@ class Metrics:
         return generate_latest(self._registry)
 
 
-class _LazyCollector(Collector):
-    """A collector that reads nothing at registration."""
+class _ServiceMetrics(Collector):
+    """Metrics of this process, and of the queue: jobs by state, failed attempts, seconds of runs."""
+
+    def __init__(self, store: Store, engine: "Dispatcher", streams: EventStreams, readiness: ReadinessCheck):
+        self._store, self._engine, self._streams, self._readiness = store, engine, streams, readiness
 
     def describe(self) -> Iterable[Metric]:
+        """Nothing, so that nothing is read at registration."""
         return ()
-
-
-class _ProcessMetrics(_LazyCollector):
-    """Metrics of this process."""
-
-    def __init__(self, engine: "Dispatcher", streams: EventStreams):
-        self._engine, self._streams = engine, streams
 
     def collect(self) -> Iterator[Metric]:
         versions = {"version": version(), "physics": str(PHYSICS_VERSION)}
         yield InfoMetricFamily("whipple", "Versions of this process.", versions)
-        gauges = {
-            "whipple_leader": ("1 if this process assigns the work, and the database lets it.", self._engine.leads()),
-            "whipple_slots": ("Runs that this process can compute at once.", self._engine.workers()),
-            "whipple_event_streams": ("Open event streams.", self._streams.open),
-        }
-        for name, (meaning, value) in gauges.items():
-            yield GaugeMetricFamily(name, meaning, float(value or 0))
-
-
-class _ServiceMetrics(_LazyCollector):
-    """Metrics of what the service can do, and of the queue: jobs by state, failed attempts, seconds of runs."""
-
-    def __init__(self, store: Store, engine: "Dispatcher", readiness: ReadinessCheck):
-        self._store, self._engine, self._readiness = store, engine, readiness
-
-    def collect(self) -> Iterator[Metric]:
+        leads = bool(self._engine.leads())
+        yield _gauge("leader", "1 if this process assigns the work, and the database lets it.", leads)
+        yield _gauge("slots", "Runs that this process can compute at once.", self._engine.workers() or 0)
+        yield _gauge("event_streams", "Open event streams.", self._streams.open)
         problem = self._readiness.problem()
-        yield GaugeMetricFamily("whipple_ready", "1 if /readyz says that it is ready.", float(problem is None))
+        yield _gauge("ready", "1 if /readyz says that it is ready.", problem is None)
         is_refused = self._engine.is_refused() or isinstance(problem, StoreUnavailable)
         try:
-            queue = self._store.queue.status()
-            results = self._store.queue.tally()
+            queue, results = self._store.queue.status(), self._store.queue.tally()
             attempts, owned = self._store.queue.attempts_by_cause(), self._store.queue.tally_of_owners()
         except StoreUnavailable:
-            yield _store_up(0.0)
-            yield _blocked(1.0)
+            yield from _state_of_store(is_up=False, is_blocked=True)
             return
-        yield _store_up(float(not is_refused))
-        yield _blocked(float(is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)))
-        yield _jobs(Kind.RUN, RUN_STATES, queue, "whipple_runs", "Runs by state.")
-        yield _jobs(Kind.PUBLISH, tuple(State), queue, "whipple_publications", "Publications of sweeps by state.")
-        owners = GaugeMetricFamily("whipple_owner_runs", "Unfinished runs by owner.", labels=["owner", "state"])
-        for owner, state, runs in owned:
-            owners.add_metric([owner, state.value], runs)
-        yield owners
+        is_blocked = is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)
+        yield from _state_of_store(is_up=not is_refused, is_blocked=is_blocked)
+        runs = [(state, queue.jobs.get((Kind.RUN, state), 0)) for state in RUN_STATES]
+        yield _gauges("runs", "Runs by state.", ["state"], runs)
+        publications = [(state, queue.jobs.get((Kind.PUBLISH, state), 0)) for state in State]
+        yield _gauges("publications", "Publications of sweeps by state.", ["state"], publications)
+        yield _gauges("owner_runs", "Unfinished runs by owner.", ["owner", "state"], owned)
         # A clock that was set back is before the moment at which the run was queued.
         age = 0.0 if queue.oldest_queued is None else max(0.0, time.time() - queue.oldest_queued.timestamp())
-        meaning = "Seconds since the longest waiting run was queued."
-        yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
-        paused = float(queue.paused is not None)
-        yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
-        kept = float(queue.deletion_paused is not None)
-        meaning = "1 if nothing is deleted by age: the clock has jumped."
-        yield GaugeMetricFamily("whipple_deletion_paused", meaning, kept)
+        yield _gauge("queue_age_seconds", "Seconds since the longest waiting run was queued.", age)
+        yield _gauge("queue_paused", "1 if the queue is paused.", queue.paused is not None)
+        is_kept = queue.deletion_paused is not None
+        yield _gauge("deletion_paused", "1 if nothing is deleted by age: the clock has jumped.", is_kept)
         yield _run_seconds(results)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:
@@ -140,20 +118,21 @@ class _ServiceMetrics(_LazyCollector):
         yield failed
 
 
-def _store_up(value: float) -> Metric:
-    return GaugeMetricFamily("whipple_store_up", "1 if the database responds and takes what is written.", value)
+def _gauge(name: str, meaning: str, value: float) -> Metric:
+    return GaugeMetricFamily(f"whipple_{name}", meaning, float(value))
 
 
-def _blocked(value: float) -> Metric:
-    return GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: database, disk, bucket, no worker.", value)
-
-
-def _jobs(kind: Kind, states: Sequence[State], queue: QueueRow, name: str, meaning: str) -> Metric:
-    """Jobs of a kind in each state, zeros included."""
-    family = GaugeMetricFamily(name, meaning, labels=["state"])
-    for state in states:
-        family.add_metric([state.value], queue.jobs.get((kind, state), 0))
+def _gauges(name: str, meaning: str, labels: Sequence[str], rows: Iterable[tuple[*tuple[str, ...], float]]) -> Metric:
+    """A gauge with a value for each row of labels."""
+    family = GaugeMetricFamily(f"whipple_{name}", meaning, labels=labels)
+    for *texts, value in rows:
+        family.add_metric([*map(str, texts)], value)
     return family
+
+
+def _state_of_store(*, is_up: bool, is_blocked: bool) -> Iterator[Metric]:
+    yield _gauge("store_up", "1 if the database responds and takes what is written.", is_up)
+    yield _gauge("queue_blocked", "1 if nothing begins: database, disk, bucket, no worker.", is_blocked)
 
 
 def _run_seconds(results: Sequence[RunTally]) -> Metric:

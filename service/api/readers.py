@@ -5,13 +5,13 @@ one that ended, and ends them with the event loop. They work for one request at 
 key keeps the others waiting; a request that finds no child in time is refused with 429.
 """
 
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractAsyncContextManager
 
 import anyio
 from anyio import to_process
 
-from service.api.errors import ReaderLost, TooManyRequests
+from service.api.errors import ReaderLost
 from service.api.reading import USUAL, Given, Made, ReadingLimits, within_limits
 from service.api.turns import Places
 from service.records.expansion import ExpandedSweep, expand_again
@@ -19,6 +19,7 @@ from studies.quantities.parameters import Plain
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child
+LATE = "other sweeps are being read; send this one again"
 MOST_WAITING, MOST_WAITING_OF_A_KEY = 256, 16  # requests
 # Longest time with a child, which others may keep from computing, or which may be frozen.
 WALL_SECONDS = 120.0
@@ -36,32 +37,20 @@ class Readers:
 
     def slot(self, key: str) -> AbstractAsyncContextManager[None]:
         """A child for the duration of a block, one for each key; raises TooManyRequests."""
-        return self._in(self._slots, key)
+        return self._slots.place(key, within=self._wait, late=LATE)
 
     def submission(self, key: str) -> AbstractAsyncContextManager[None]:
         """A place for an expanded sweep for the duration of a block, one for each key; raises TooManyRequests.
 
         It is kept until the sweep is stored, for which it may wait; a child reads other documents by then.
         """
-        return self._in(self._submissions, key)
+        return self._submissions.place(key, within=self._wait, late=LATE)
 
-    @asynccontextmanager
-    async def _in(self, places: Places, key: str) -> AsyncIterator[None]:
-        try:
-            with anyio.fail_after(self._wait):
-                await places.acquire(key)
-        except TimeoutError:
-            raise TooManyRequests("other sweeps are being read; send this one again") from None
-        try:
-            yield
-        finally:
-            places.release(key)
-
-    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
-        """Let a child make something; called within ``slot``. Raises InvalidInput, ReaderLost."""
+    async def run(self, call: Callable[[*Given], Made], *given: *Given) -> Made:
+        """What a child makes of the arguments of a call; called within ``slot``. Raises InvalidInput, ReaderLost."""
         try:
             with anyio.fail_after(self._wall):
-                return await to_process.run_sync(within_limits, call, given, self._limits, cancellable=True)
+                return await to_process.run_sync(within_limits, self._limits, call, *given, cancellable=True)
         except TimeoutError:
             raise ReaderLost(f"it took more than {self._wall:g} s") from None
         except anyio.BrokenWorkerProcess:

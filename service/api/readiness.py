@@ -76,13 +76,10 @@ class ReadinessCheck:
 
     def _run(self, future: Future[Readiness]) -> None:
         try:
-            readiness = self._check()
+            future.set_result(self._check())
         except Exception as error:
-            self._ended = time.monotonic()
             future.set_exception(error.with_traceback(None))
-        else:
-            self._ended = time.monotonic()
-            future.set_result(readiness)
+        self._ended = time.monotonic()
 
     def _check(self) -> Readiness:
         self.store.ping()

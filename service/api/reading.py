@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from threading import Timer
 from types import FrameType
-from typing import TypeVar
+from typing import TypeVar, TypeVarTuple
 
 from service import memory
 from service.api.documents import pointer, read_json, read_yaml
@@ -38,7 +38,7 @@ PARSERS: Mapping[str, Callable[[bytes], Plain]] = {
 }
 GIVEN_BACK_SECONDS = 1.0  # after a document: what was made of it has been sent by then
 NICENESS = 5  # nice(2) of a child: the process that answers requests comes first, and runs leave it a quarter of a core
-Given = TypeVar("Given")
+Given = TypeVarTuple("Given")
 Made = TypeVar("Made")
 
 
@@ -57,8 +57,8 @@ class _OutOfTime(BaseException):
     """The computing time of a request is over; no handler of other errors may catch it."""
 
 
-def within_limits(call: Callable[[Given], Made], given: Given, limits: ReadingLimits) -> Made:
-    """What a call makes of something, within limits of time and memory; raises InvalidInput beyond them."""
+def within_limits(limits: ReadingLimits, call: Callable[[*Given], Made], *given: *Given) -> Made:
+    """What a call makes of its arguments, within limits of time and memory; raises InvalidInput beyond them."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -68,7 +68,7 @@ def within_limits(call: Callable[[Given], Made], given: Given, limits: ReadingLi
     resource.setrlimit(resource.RLIMIT_CPU, (end, resource.RLIM_INFINITY))
     gc.disable()  # no cycles worth finding: looking for them takes a third of the time (2026-11)
     try:
-        return call(given)
+        return call(*given)
     except _OutOfTime:
         raise _too_large(f"{limits.cpu_seconds} s of computing time") from None
     except MemoryError:

@@ -5,15 +5,17 @@ bucket (``waiting``). Each caller holds few of all turns, and callers whose requ
 has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the event loop stay free.
 """
 
+import math
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from typing import ParamSpec, Protocol, TypeVar
+from typing import ParamSpec, TypeVar
 
-from anyio import CapacityLimiter, Event, to_thread
+from anyio import CapacityLimiter, Event, fail_after, to_thread
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.access import KnownCallers
 from service.api.errors import TooManyRequests, problem_response
 
 # Requests that compute at once, those of an owner or an address among them: each takes the event loop 1 ms (2026-11),
@@ -73,7 +75,7 @@ class Places:
         self._held[caller] -= 1
         if not self._held[caller]:
             del self._held[caller]
-        while (following := next((each for each in self._waiting if self._has_place_for(each)), None)) is not None:
+        while (following := next(filter(self._has_place_for, self._waiting), None)) is not None:
             queue = self._waiting.pop(following)
             waiter = queue.popleft()
             if queue:
@@ -83,9 +85,16 @@ class Places:
             waiter.ended.set()
 
     @asynccontextmanager
-    async def place(self, caller: str) -> AsyncIterator[None]:
-        """A place for the duration of a block; raises TooManyRequests."""
-        await self.acquire(caller)
+    async def place(self, caller: str, *, within: float = math.inf, late: str = "") -> AsyncIterator[None]:
+        """A place for the duration of a block.
+
+        Raises TooManyRequests, of the text ``late`` where none is free within so many seconds.
+        """
+        try:
+            with fail_after(within):
+                await self.acquire(caller)
+        except TimeoutError:
+            raise TooManyRequests(late) from None
         try:
             yield
         finally:
@@ -101,7 +110,7 @@ class Places:
             raise TooManyRequests(f"{own} requests of this caller wait already; send this one again")
         if sum(map(len, self._waiting.values())) < self._most_waiting:
             return
-        longest = max(self._waiting, key=lambda each: len(self._waiting[each]))
+        longest = max(self._waiting, key=lambda waiting: len(self._waiting[waiting]))
         if len(self._waiting[longest]) <= own + 1:
             raise TooManyRequests(f"{self._most_waiting} requests wait already; send this one again")
         waiter = self._waiting[longest][-1]
@@ -197,14 +206,6 @@ async def in_waiting_thread(
         return await threads.run(turn.caller, lambda: call(*given, **more))
 
 
-class CallerNames(Protocol):
-    """The names of callers before a request is looked at."""
-
-    def name_of(self, scope: Scope) -> str:
-        """The caller among which places are shared."""
-        ...
-
-
 class Turns:
     """The middleware that lets a few requests compute at once; probes pass.
 
@@ -212,7 +213,7 @@ class Turns:
     has begun waits for its client alone.
     """
 
-    def __init__(self, app: ASGIApp, callers: CallerNames):
+    def __init__(self, app: ASGIApp, callers: KnownCallers):
         self._app, self._callers = app, callers
         waiting = {"waiting": MOST_WAITING, "waiting_of_a_caller": MOST_WAITING_OF_A_CALLER}
         self._reading = Places(MOST_READING, MOST_READING_OF_A_CALLER, **waiting)

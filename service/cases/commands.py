@@ -3,26 +3,21 @@
 import json
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from studies.quantities.findings import refusal
-
-if TYPE_CHECKING:
-    from studies.cases.validation import ValidationLevel
+from service.client.progress import showing_progress
 
 app = typer.Typer()
 COMMANDS = Commands("cases", LOCAL, app, place=3)
 
 Cases = Annotated[list[str] | None, typer.Argument(metavar="[CASE ...]", help="Cases; all without one.")]
-DetailLevel = Annotated[
-    str,
-    typer.Option(
-        "--level", metavar="quick|thesis|fine", help="Coarse grids; the meshes of the sources; or three grids."
-    ),
+DetailLevel = Annotated[  # as in ``studies.cases.validation``, whose import takes long
+    Literal["quick", "thesis", "fine"],
+    typer.Option("--level", help="Coarse grids; the meshes of the sources; or three grids."),
 ]
 
 
@@ -37,9 +32,7 @@ def validate(
 ) -> None:
     """Compute published problems, and compare. Repeated, it resumes."""
     from service.cases.validation import STORE, selected, validated
-    from service.client.progress import showing_progress
 
-    chosen_level = _level(level)
     chosen = selected(cases or [])
     if listing:
         for case in chosen:
@@ -48,7 +41,7 @@ def validate(
     folder = folder_of(out)
     settings = settings_of(data=folder / STORE, threads=threads)
     rows = []
-    for name, row in validated(chosen, chosen_level, folder, settings, showing_progress):
+    for name, row in validated(chosen, level, folder, settings, showing_progress):
         rows.append((name, row))
         if not as_json:
             print(f"{name} | {row}", flush=True)
@@ -59,12 +52,3 @@ def validate(
         print(f"{verdicts['PASS']} passed, {verdicts['FAIL']} failed, {verdicts['REPORT']} reported")
         print(f"page: {folder / 'index.html'}")
     raise typer.Exit(FAILURE if verdicts["FAIL"] or not rows else SUCCESS)
-
-
-def _level(text: str) -> "ValidationLevel":
-    from studies.cases.validation import LEVELS
-
-    for level in LEVELS:
-        if text == level:
-            return level
-    raise refusal("--level", text, ", ".join(LEVELS), "write one of these")

@@ -11,8 +11,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
-from pathlib import Path
 
+from service import execution
+from service.cli.offline import has_database
 from service.files.artifacts import Artifacts
 from service.files.stores import FilesAway
 from service.queue import data_identity as identity
@@ -130,10 +131,9 @@ def check_workers(settings: Settings) -> Iterator[Check]:
     if settings.engine is None:
         yield Check("workers", CheckStatus.OK, f"{settings.workers} on this machine")
         return
-    from service.execution import probe
 
     try:
-        cluster = probe(settings)
+        cluster = execution.probe(settings)
     except OSError as error:
         cure = "start the scheduler, open its port, and give both sides the same certificate authority"
         detail = f"{settings.engine} does not respond: {error}"
@@ -149,8 +149,3 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         cure = "start them as docs/cluster.md has it, with the same versions everywhere"
         status = CheckStatus.WARNING if len(refused) < len(cluster.workers) else CheckStatus.ERROR
     yield Check("workers", status, detail, cure)
-
-
-def has_database(settings: Settings) -> bool:
-    """Whether there is a database: opening a missing file with SQLite would create one."""
-    return settings.has_replicas or Path(settings.url.partition(":///")[2]).is_file()

@@ -8,14 +8,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from service.cli.signals import EndRequest, handling_end_signals
 from service.client.progress import Show
+from service.execution import engine_of
 from service.files.artifacts import PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
+from service.queue.dispatcher import Dispatcher
 from service.records.jobs import SWEEP_TERMINAL, Keep, NotFound, StoreUnavailable, Submission, SweepState, SweepStatus
 from service.settings import Settings
 from service.store import Store, digest_of
@@ -23,12 +25,12 @@ from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
 if TYPE_CHECKING:
-    from service.queue.dispatcher import Dispatcher
     from service.records.expansion import ExpandedSweep
     from service.workers.warm import WarmProcess
 
@@ -64,7 +66,7 @@ class Finished:
 
 
 def run_sweep(
-    document: Mapping[str, Any] | str | Path,
+    document: Mapping[str, Plain] | str | Path,
     out: str | Path,
     *,
     progress: Callable[[SweepStatus], None] = lambda status: None,
@@ -88,7 +90,9 @@ def run_sweep(
     settings = (settings or Settings(data=folder / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
     document = with_files(document, Path()) if isinstance(document, Mapping) else read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
-    retention = _retention(keep)
+    if keep not in set(Keep):
+        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "write one of these")
+    retention = Keep(keep)
     held = held_in(folder)
     if held is not None and not overwrite:
         check_same(folder, held, sweep.document())
@@ -103,13 +107,16 @@ def run_sweep(
             status = _wait(store, dispatcher, id, progress, leaving)
         artifacts = Artifacts(settings.data)
         _copy_out(store, artifacts, id, folder, every_column=every_column)
-        if retention is Keep.FILM:
-            _copy_films(store, artifacts, id, folder)
+        for run in store.runs.measured(id) if retention is Keep.FILM else ():
+            with suppress(NotFound):  # one that failed
+                film, place = store.runs.file(run.id, FILM), folder / "runs" / run.id
+                place.mkdir(parents=True, exist_ok=True)
+                artifacts.copy_out(film, place)
     return Finished(folder, status)
 
 
 def run_sweeps(
-    documents: Mapping[str, Mapping[str, Any]], out: Path, *, showing: ShowProgress, settings: Settings
+    documents: Mapping[str, Mapping[str, Plain]], out: Path, *, showing: ShowProgress, settings: Settings
 ) -> Iterator[tuple[str, Finished]]:
     """Compute sweeps into folders of their names in ``out``, from one store beside them, and yield each as it ends.
 
@@ -147,14 +154,11 @@ def _store_of(settings: Settings) -> Iterator[tuple[Store, EndRequest]]:
 @contextmanager
 def start_engine(
     settings: Settings, store: Store, timings: Timings = DEFAULT, ready: "list[WarmProcess] | None" = None
-) -> "Iterator[Dispatcher]":
+) -> Iterator[Dispatcher]:
     """Dispatcher and engine, working through the store's queue for the duration of a block; raises InvalidInput.
 
     With SQLite the caller holds the data directory (``data_directory.holding``).
     """
-    from service.execution import engine_of
-    from service.queue.dispatcher import Dispatcher
-
     engine = engine_of(settings, ready)
     dispatcher = Dispatcher(settings, store, open_engine=engine, timings=timings, expand=_expanded_in_child)
     dispatcher.start()
@@ -164,20 +168,11 @@ def start_engine(
         dispatcher.close()
 
 
-def _expanded_in_child(document: Mapping[str, Any]) -> "ExpandedSweep":
+def _expanded_in_child(document: Mapping[str, Plain]) -> "ExpandedSweep":
     """An accepted sweep, expanded by a child process."""
     from service.api.readers import expand_accepted  # the web framework, which few sweeps need
 
     return expand_accepted(document)
-
-
-def _retention(keep: str) -> Keep:
-    """The retention of a name; raises InvalidInput."""
-    try:
-        return Keep(keep)
-    except ValueError:
-        limit = "one of " + ", ".join(Keep)
-        raise refusal("keep", keep, limit, "write one of these") from None
 
 
 def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, str]:
@@ -196,7 +191,7 @@ def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, 
 
 
 def _wait(
-    store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
+    store: Store, dispatcher: Dispatcher, id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave; raises PublicationFailed."""
     silent = 0  # such looks: a process that was suspended has a few
@@ -226,12 +221,3 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path, *, ever
             part.unlink(missing_ok=True)
         source = sources[ALL_RUNS_CSV if every_column and name == RUNS_CSV else name]
         artifacts.copy_out(source, folder, name)
-
-
-def _copy_films(store: Store, artifacts: Artifacts, sweep_id: str, folder: Path) -> None:
-    """Copy the film of each run that has one to a folder of its name."""
-    for id in (run.id for run in store.runs.measured(sweep_id)):
-        with suppress(NotFound):
-            film = store.runs.file(id, FILM)
-            (folder / "runs" / id).mkdir(parents=True, exist_ok=True)
-            artifacts.copy_out(film, folder / "runs" / id)

@@ -1,15 +1,17 @@
 """Exit statuses and options that several commands share, and the objects made from them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
     from service.client.client import Client
+    from service.records.jobs import SweepStatus
     from service.settings import Settings
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
@@ -52,9 +54,9 @@ DatabaseUrl = Annotated[
 ]
 
 
-def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Any]:
+def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Plain]:
     """The document of a sweep, with the content of the files of fitted laws, at an accuracy; raises InvalidInput."""
-    document = read_sweep_file(file)
+    document: dict[str, Plain] = read_sweep_file(file)
     if accuracy is not None:
         document = {key: part for key, part in document.items() if key not in ("resolution", "offsets")}
         document["accuracy"] = accuracy
@@ -107,3 +109,10 @@ def _key_in(file: Path) -> str:
         cure = "write only the secret that `whipple keys create` printed into the file"
         raise refusal("--key-file", str(file), limit, cure)
     return words[0]
+
+
+def exit_status(ended: "SweepStatus") -> int:
+    """The exit status for a sweep that has ended."""
+    if ended.state == "failed":
+        return FAILURE
+    return SUCCESS if ended.counts.get("succeeded") == ended.planned else SOME_FAILED

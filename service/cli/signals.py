@@ -2,8 +2,8 @@
 
 The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of
 the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
-such a callback in this process, and a busy machine collects often.) So the handler only notes what
-request, and wakes the waiting thread. No code between the two can discard the request.
+such a callback in this process, and a busy machine collects often.) So the handler only notes the
+request, and wakes the waiting thread. No code between the two can discard it.
 """
 
 import atexit
@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from types import FrameType
-from typing import NoReturn
 
 ASKS = (signal.SIGINT, signal.SIGTERM)
 SLICE = 0.25  # s; a signal that comes just before a wait begins does not end it, so none is longer
@@ -51,8 +50,10 @@ class EndRequest:
     def raise_if_requested(self, *, wait: float = 0.0) -> None:
         """Wait for ``wait`` seconds; on a request to end, raise the exception that ends the program."""
         requested = self.asked(wait=wait)
+        if requested is signal.SIGINT:
+            raise KeyboardInterrupt
         if requested is not None:
-            _raise(requested)
+            raise SystemExit(KILLED_BY + requested)
 
     def go(self) -> None:
         """On a request to end, end the process here with status 0 without waiting for its threads.
@@ -107,9 +108,3 @@ def _end_after(alarm: "SimpleQueue[bool]", seconds: float) -> None:
             os.write(2, b"closing took too long; the next start cleans up\n")
     finally:
         os._exit(0)
-
-
-def _raise(requested: signal.Signals) -> NoReturn:
-    if requested is signal.SIGINT:
-        raise KeyboardInterrupt
-    raise SystemExit(KILLED_BY + requested)

@@ -20,20 +20,25 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
 import httpx
 
-from service.client.connection import UNIX, Connection, ServiceError, Unreachable
+from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
+from service.client.html import RunDocument, sweep_table, table
+from service.client.progress import is_watched, showing_progress
+from service.client.remote_cube import open_remote
+from service.client.results import SweepFolder
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import KEY_VARIABLE, SweepStatus
 from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Plain
+from studies.sweeps.document import read_sweep_file, with_files
 
 if TYPE_CHECKING:
-    from service.client.html import RunDocument
     from studies.cubes.reading import Dataset
     from studies.reports.notebook import Figures
 
@@ -47,7 +52,7 @@ MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
-SweepSource = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
+SweepSource = Mapping[str, Plain] | str | Path  # a sweep, or its YAML or JSON file
 
 
 class StillRunning(WhippleError):
@@ -61,6 +66,45 @@ class SweepEvent:
     name: str  # "message": an event; "progress" of a running run; "end": the final state
     number: int | None  # of an event
     content: Mapping[str, Any]
+
+
+class FileDocument(TypedDict):
+    """A stored file of a run."""
+
+    name: str
+    size: int  # bytes
+    sha256: str
+    href: str
+
+
+class PointRun(TypedDict):
+    """The run of a point, as far as the client reads it."""
+
+    id: str
+    state: str
+    attempt: int
+    cause: str | None
+    reason: str | None
+
+
+class PointDocument(TypedDict):
+    """A point of a sweep, and its run."""
+
+    ordinal: int
+    state: str
+    coordinates: Mapping[str, float | str]  # SI
+    run: PointRun
+
+
+class QueueDocument(TypedDict):
+    """The queue as a whole."""
+
+    paused: str | None
+    blocked_reason: str | None
+    deletion_paused: str | None
+    counts: Mapping[str, int]
+    oldest_queued: str | None
+    leader: str | None
 
 
 class Client:
@@ -107,10 +151,11 @@ class Client:
         """
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
         query = {"priority": str(priority), "keep": keep}
-        body = self._connection.json("POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers))
+        options: RequestOptions = {**_body(sweep, headers=headers), "params": query}
+        body = self._connection.json("POST", "/v1/sweeps", **options)
         return SweepHandle(self, body["id"])
 
-    def estimate(self, sweep: SweepSource) -> dict[str, Any]:
+    def estimate(self, sweep: SweepSource) -> dict[str, Plain]:
         """The cost of a sweep: runs, reused, core_seconds, seconds, bytes, and presets."""
         return self._connection.json("POST", "/v1/sweeps/estimate", **_body(sweep))
 
@@ -120,28 +165,25 @@ class Client:
 
     def find_sweep(self, prefix: str) -> "SweepHandle":
         """The sweep whose id begins so; raises InvalidInput with the candidates if they are several."""
-        return self.sweep(self._whole_id("sweeps", prefix, lambda item: item["name"]))
+        return self.sweep(self._whole_id("sweeps", prefix, "name"))
 
     def sweeps(self, state: str | None = None) -> Iterator[SweepStatus]:
         """Every sweep, newest first; or those in a state."""
-        query = {} if state is None else {"state": state}
-        return map(SweepStatus.from_json, self._connection.pages("/v1/sweeps", **query))
+        return map(SweepStatus.from_json, self._connection.pages("/v1/sweeps", state=state))
 
     # --- runs ------------------------------------------------------------------------------------
 
-    def run(self, id: str) -> "RunDocument":
+    def run(self, id: str) -> RunDocument:
         """A run with its parameters."""
-        from service.client.html import RunDocument
-
         return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
 
     def find_run(self, prefix: str) -> str:
         """The id of the run whose id begins so; raises InvalidInput with the candidates if they are several."""
-        return self._whole_id("runs", prefix, lambda item: item["state"])
+        return self._whole_id("runs", prefix, "state")
 
-    def run_files(self, id: str) -> list[dict[str, Any]]:
+    def run_files(self, id: str) -> list[FileDocument]:
         """The stored files of a run: name, size, sha256."""
-        return self._connection.json("GET", f"/v1/runs/{id}/files")["items"]
+        return self._items(f"runs/{id}/files")
 
     def fetch_run(self, id: str, out: str | Path) -> Path:
         """Download every file of a run into a folder, which is returned."""
@@ -152,54 +194,54 @@ class Client:
 
     def log(self, id: str) -> str:
         """The output of the solver in the last attempt of a run, up to now."""
-        return self._connection.text(f"/v1/runs/{id}/log")
+        return self._connection.request("GET", f"/v1/runs/{id}/log").text
 
     # --- the queue -------------------------------------------------------------------------------
 
-    def queue(self) -> dict[str, Any]:
+    def queue(self) -> QueueDocument:
         """The queue as a whole: paused, blocked_reason, counts, oldest_queued, leader."""
         return self._connection.json("GET", "/v1/queue")
 
-    def pause(self) -> dict[str, Any]:
+    def pause(self) -> QueueDocument:
         """Start no more runs; running ones continue."""
         return self._connection.json("POST", "/v1/queue/pause")
 
-    def resume(self) -> dict[str, Any]:
+    def resume(self) -> QueueDocument:
         """Start runs again."""
         return self._connection.json("POST", "/v1/queue/resume")
 
     # --- catalogue -------------------------------------------------------------------------------
 
-    def scenarios(self) -> list[dict[str, Any]]:
+    def scenarios(self) -> list[dict[str, Plain]]:
         """Every scenario with its parameters."""
         return self._items("scenarios")
 
-    def materials(self) -> list[dict[str, Any]]:
+    def materials(self) -> list[dict[str, Plain]]:
         """Every material that ships."""
         return self._items("materials")
 
-    def laws(self) -> list[dict[str, Any]]:
+    def laws(self) -> list[dict[str, Plain]]:
         """Every law."""
         return self._items("laws")
 
-    def accuracies(self) -> list[dict[str, Any]]:
+    def accuracies(self) -> list[dict[str, Plain]]:
         """The names of accuracies, each with its mesh error."""
         return self._items("accuracies")
 
-    def _whole_id(self, kind: str, prefix: str, label: Callable[[Mapping[str, Any]], str]) -> str:
+    def _whole_id(self, kind: str, prefix: str, label: str) -> str:
         """The only id that begins so; what is no prefix of an id stays as it is, for the service to refuse."""
         if not _PREFIX.fullmatch(prefix):
             return prefix
         query = {"prefix": prefix, "limit": str(MOST_CANDIDATES)}
-        items = self._connection.json("GET", f"/v1/{kind}", params=query)["items"]
+        items = self._items(kind, params=query)
         if len(items) > 1:
-            candidates = ", ".join(f"{item['id'][:16]} ({label(item)})" for item in items)
+            candidates = ", ".join(f"{item['id'][:16]} ({item[label]})" for item in items)
             cure = f"write more of it: {candidates}"
             raise InvalidInput([Finding("ID", prefix, "the beginning of one id", cure)])
         return items[0]["id"] if items else prefix
 
-    def _items(self, kind: str) -> list[dict[str, Any]]:
-        return self._connection.json("GET", f"/v1/{kind}")["items"]
+    def _items(self, path: str, **options: Unpack[RequestOptions]) -> list[Any]:
+        return self._connection.json("GET", f"/v1/{path}", **options)["items"]
 
 
 def _own_socket() -> str | None:
@@ -225,8 +267,6 @@ class SweepHandle:
 
     def _repr_html_(self) -> str:
         """The sweep as it stands, for a notebook; its address alone where the service does not respond."""
-        from service.client.html import sweep_table, table
-
         try:
             return sweep_table(self.status(), f"{self.client.url}{self._path}/report.html")
         except WhippleError as error:
@@ -238,14 +278,13 @@ class SweepHandle:
         """State, points by state, progress, time left."""
         return SweepStatus.from_json(self._connection.json("GET", self._path))
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, Plain]:
         """The sweep in its canonical form, which can be submitted again."""
         return self._connection.json("GET", f"{self._path}/document")
 
-    def runs(self, state: str | None = None) -> Iterator[dict[str, Any]]:
+    def runs(self, state: str | None = None) -> Iterator[PointDocument]:
         """The points with their runs, in the sweep's own order; for example the ``failed`` ones."""
-        query = {} if state is None else {"state": state}
-        return self._connection.pages(f"{self._path}/runs", **query)
+        return self._connection.pages(f"{self._path}/runs", state=state)
 
     def wait(
         self, timeout: float | None = None, on_progress: Callable[[SweepStatus], None] | None = None
@@ -255,8 +294,6 @@ class SweepHandle:
         ``on_progress`` is called with each status. Without it a bar shows the progress on a terminal and in a
         notebook, and nothing does elsewhere.
         """
-        from service.client.progress import is_watched, showing_progress
-
         if on_progress is None and is_watched():
             with showing_progress(self.status().name) as show:
                 return self._wait(timeout, show)
@@ -312,19 +349,16 @@ class SweepHandle:
         libraries are not installed.
         """
         import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
-        from service.client.remote_cube import open_remote
 
         if self.client.url.startswith(UNIX):
             cure = f"fetch the cube, or set {URL_VARIABLE} and {KEY_VARIABLE}"
             raise InvalidInput([Finding("url", self.client.url, "http://HOST:PORT, for parts of a cube", cure)])
         # Reports why there is no cube.
-        self._connection.text(f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
+        self._connection.request("GET", f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
 
     def plot(self) -> "Figures":
         """The figures of the report, drawn from the cube, which is downloaded; raises ServiceError without one."""
-        from service.client.results import SweepFolder
-
         with tempfile.TemporaryDirectory() as folder:
             self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
             return SweepFolder(folder).plot()
@@ -351,14 +385,12 @@ class SweepHandle:
         """Delete the sweep, which must have ended."""
         self._connection.json("DELETE", self._path)
 
-    def _command(self, method: str, path: str, **options: Any) -> SweepStatus:
+    def _command(self, method: str, path: str, **options: Unpack[RequestOptions]) -> SweepStatus:
         return SweepStatus.from_json(self._connection.json(method, f"{self._path}{path}", **options))
 
 
-def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
+def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
-    from studies.sweeps.document import read_sweep_file, with_files
-
     sweep = with_files(sweep, Path()) if isinstance(sweep, Mapping) else read_sweep_file(Path(sweep))
     content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}

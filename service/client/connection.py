@@ -9,10 +9,10 @@ names a state, not a change.
 import hashlib
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar, Unpack
 
 import httpx
 
@@ -28,6 +28,15 @@ STREAM_TIMEOUT = 60.0  # s; an event stream sends something every 15 s
 TEMPORARY = frozenset({429, 502, 503, 504})  # statuses of the service, or of a proxy in front of it
 # Errors that a server causes; others mean that nothing listens at the address.
 BROKEN = (httpx.RemoteProtocolError, httpx.ReadError, httpx.ReadTimeout)
+
+
+class RequestOptions(TypedDict, total=False):
+    """What a request has besides its method and path, as httpx takes it."""
+
+    params: Mapping[str, str]
+    headers: Mapping[str, str]
+    content: bytes
+    json: Mapping[str, int]
 
 
 class ServiceError(WhippleError):
@@ -67,28 +76,20 @@ class Connection:
     def close(self) -> None:
         self._http.close()
 
-    def json(self, method: str, path: str, **options: Any) -> Any:
+    def json(self, method: str, path: str, **options: Unpack[RequestOptions]) -> Any:
         """The JSON body of a response; raises InvalidInput, ServiceError, Unreachable."""
-        response = self._request(method, path, **options)
+        response = self.request(method, path, **options)
         return response.json() if response.content else None
 
-    def text(self, path: str, **options: Any) -> str:
-        """The text body of a response to GET."""
-        return self._request("GET", path, **options).text
-
-    def content(self, path: str, **options: Any) -> bytes:
-        """The body of a response to GET."""
-        return self._request("GET", path, **options).content
-
-    def pages(self, path: str, **query: str) -> Iterator[dict[str, Any]]:
-        """The items of all pages of a list."""
-        cursor: dict[str, str] = {}
+    def pages(self, path: str, **query: str | None) -> Iterator[Any]:
+        """The items of all pages of a list; a ``query`` of None is left out."""
+        given = {name: value for name, value in query.items() if value is not None}
         while True:
-            page = self.json("GET", path, params=query | cursor)
+            page = self.json("GET", path, params=given)
             yield from page["items"]
             if page["next_cursor"] is None:
                 return
-            cursor = {"cursor": page["next_cursor"]}
+            given["cursor"] = page["next_cursor"]
 
     def download(self, path: str, file: Path, check: Callable[[Path], None] | None = None) -> Path:
         """Stream a file to its place: whole and with the right digest, or not at all.
@@ -136,7 +137,9 @@ class Connection:
             except (httpx.TransportError, _Temporary) as error:
                 self._wait(retries, error)
 
-    def _request(self, method: str, path: str, **options: Any) -> httpx.Response:
+    def request(self, method: str, path: str, **options: Unpack[RequestOptions]) -> httpx.Response:
+        """The response to a request; raises InvalidInput, ServiceError, Unreachable."""
+
         def attempt(repeated: bool) -> httpx.Response:
             response = self._http.request(method, path, **options)
             if method == "DELETE" and response.status_code == 404 and repeated:

@@ -1,18 +1,18 @@
 """Sweeps and runs as tables, and films of runs, for notebooks."""
 
 import base64
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.records.jobs import SweepStatus
-from studies.quantities.display import duration
+from studies.quantities.display import duration, with_bar
 from studies.quantities.units import readable
 
 if TYPE_CHECKING:
     from service.client.connection import Connection
+    from service.records.jobs import SweepStatus
 
 DIGITS = 4  # of a measured value
 
@@ -41,16 +41,36 @@ class RunDocument(dict[str, Any]):
 
     def film(self, field: str = "speed") -> Animation:
         """The film of the run, coloured by a field; raises ServiceError where it was not kept."""
-        return Animation(self._connection.content(f"/v1/runs/{self['id']}/film.gif", params={"field": field}))
+        path = f"/v1/runs/{self['id']}/film.gif"
+        return Animation(self._connection.request("GET", path, params={"field": field}).content)
 
     def _repr_html_(self) -> str:
         rows = [("state", self.get("state")), ("reason", self.get("reason"))]
-        rows += _parameters(self.get("question") or {})
-        rows += _measured(self.get("summary") or {})
+        rows += [*self._parameters(), *self._measured()]
         return table(f"run {self.get('id', '')[:12]}: {self.get('scenario', '')}", rows)
 
+    def _parameters(self) -> Iterator[tuple[str, str]]:
+        """The parameters of the run with their units."""
+        from studies import scenarios
+        from studies.quantities.parameters import declared
 
-def sweep_table(sweep: SweepStatus, report: str = "") -> str:
+        question = self.get("question") or {}
+        parameters = question.get("parameters") or {}
+        allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
+        for name, value in parameters.items():
+            yield name.replace("_", " "), _with_unit(value, allowed[name].unit if name in allowed else None)
+
+    def _measured(self) -> Iterator[tuple[str, str]]:
+        """The measured values of the run with their units."""
+        from studies import measurements
+
+        known = set(measurements.names())
+        for name, measured in ((self.get("summary") or {}).get("measurements") or {}).items():
+            value = _with_unit(measured["value"], measurements.load(name).unit if name in known else None)
+            yield name.replace("_", " "), with_bar(value, None) if value else ""
+
+
+def sweep_table(sweep: "SweepStatus", report: str = "") -> str:
     """A sweep at one moment; ``report`` is the address of its report, if there is one."""
     bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
     rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason), ("renewed", sweep.renewal)]
@@ -68,33 +88,6 @@ def table(title: str, rows: Iterable[tuple[str, object]], below: str = "") -> st
         if value not in (None, "")
     )
     return f"<div><b>{escape(title)}</b><table>{lines}</table>{below}</div>"
-
-
-def _parameters(question: Mapping[str, Any]) -> list[tuple[str, object]]:
-    """The parameters of a run with their units."""
-    from studies import scenarios
-    from studies.quantities.parameters import declared
-
-    parameters = question.get("parameters") or {}
-    allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
-    return [
-        (name.replace("_", " "), _with_unit(value, allowed[name].unit if name in allowed else None))
-        for name, value in parameters.items()
-    ]
-
-
-def _measured(summary: Mapping[str, Any]) -> list[tuple[str, object]]:
-    """The measured values of a run with their units."""
-    from studies import measurements
-    from studies.quantities.display import with_bar
-
-    known = set(measurements.names())
-    rows: list[tuple[str, object]] = []
-    for name, each in (summary.get("measurements") or {}).items():
-        unit = measurements.load(name).unit if name in known else None
-        value = _with_unit(each["value"], unit)
-        rows.append((name.replace("_", " "), with_bar(value, None) if value else ""))
-    return rows
 
 
 def _with_unit(value: object, unit: str | None) -> str:

@@ -5,14 +5,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from service.client.html import sweep_table
-from service.records.jobs import SweepStatus
 from studies.quantities.display import duration, escaped
+
+if TYPE_CHECKING:
+    from service.records.jobs import SweepStatus
 
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 
-Show = Callable[[SweepStatus], None]
+Show = Callable[["SweepStatus"], None]
 
 
 def is_watched() -> bool:
@@ -25,10 +28,10 @@ def showing_progress(name: str) -> Iterator[Show]:
     """A function that shows the status of a sweep: as a bar on a terminal, a table in a notebook, else as lines."""
     name = escaped(name)
     if _in_notebook():
-        yield _ProgressTable()
+        yield _table()
         return
     if not sys.stderr.isatty():
-        yield _ProgressLines(name)
+        yield _lines(name)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
@@ -42,7 +45,7 @@ def showing_progress(name: str) -> Iterator[Show]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
 
-        def show(sweep: SweepStatus) -> None:
+        def show(sweep: "SweepStatus") -> None:
             bar.update(
                 task,
                 completed=sweep.progress,
@@ -54,42 +57,35 @@ def showing_progress(name: str) -> Iterator[Show]:
         yield show
 
 
-class _ProgressTable:
-    """The sweep as a table with a bar, which takes the place of the last one."""
-
-    def __init__(self) -> None:
-        self._ipython = import_module("IPython.display")  # there, in a notebook
-        self._shown = self._ipython.display(self._ipython.HTML(""), display_id=True)
-
-    def __call__(self, sweep: SweepStatus) -> None:
-        self._shown.update(self._ipython.HTML(sweep_table(sweep)))
+def _table() -> Show:
+    """A function that shows a sweep as a table with a bar, which takes the place of the last one."""
+    ipython = import_module("IPython.display")  # there, in a notebook
+    shown = ipython.display(ipython.HTML(""), display_id=True)
+    return lambda sweep: shown.update(ipython.HTML(sweep_table(sweep)))
 
 
-class _ProgressLines:
-    """A line whenever more runs are computed, or another tenth of the work is done."""
+def _lines(name: str) -> Show:
+    """A function that writes a line whenever more runs are computed, or another tenth of the work is done."""
+    shown = (-1, -1)
 
-    def __init__(self, name: str):
-        self._name = name
-        self._shown = (-1, -1)
-
-    def __call__(self, sweep: SweepStatus) -> None:
+    def show(sweep: "SweepStatus") -> None:
+        nonlocal shown
         computed = _computed(sweep)
-        now = (computed, math.floor(10 * sweep.progress))
-        if now == self._shown:
-            return
-        self._shown = now
-        left = ", ".join(filter(None, (f"{sweep.progress:.0%}", _left(sweep))))
-        line = f"{self._name}: {computed}/{sweep.planned} runs, {left}"
-        print(line, file=sys.stderr, flush=True)
+        before, shown = shown, (computed, math.floor(10 * sweep.progress))
+        if shown != before:
+            left = ", ".join(filter(None, (f"{sweep.progress:.0%}", _left(sweep))))
+            print(f"{name}: {computed}/{sweep.planned} runs, {left}", file=sys.stderr, flush=True)
+
+    return show
 
 
-def _left(sweep: SweepStatus) -> str:
+def _left(sweep: "SweepStatus") -> str:
     """The time left; empty before a run has ended, while kernels are compiled and no speed is known."""
     known = sweep.eta_seconds and _computed(sweep)
     return f"{duration(sweep.eta_seconds)} left" if known else ""
 
 
-def _computed(sweep: SweepStatus) -> int:
+def _computed(sweep: "SweepStatus") -> int:
     return sum(sweep.counts.get(state, 0) for state in COMPUTED)
 
 

@@ -1,12 +1,11 @@
 """Decks of MPM3D: what one says, and the sweep that computes it."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
-import yaml
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.commands.computing import compute
@@ -16,7 +15,8 @@ from studies.decks.deck import Deck
 from studies.decks.problem import fixed_step
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import refusal
-from studies.sweeps.document import no_such_file
+from studies.quantities.parameters import Plain
+from studies.sweeps.document import no_such_file, yaml_of
 
 app = typer.Typer()
 COMMANDS = Commands("decks", LOCAL, app, place=2)
@@ -27,7 +27,7 @@ FACES = ("free", "fixed", "symmetric")
 @app.command()
 def deck(
     file: Annotated[Path, typer.Argument(metavar="FILE.mpm", help="An input file of MPM3D.")],
-    units: Annotated[str, typer.Option(metavar="deck|mm-g-ms|SI", help="Units; by default those it names.")] = "deck",
+    units: Annotated[Literal["deck", "mm-g-ms", "SI"], typer.Option(help="Units; by default those it names.")] = "deck",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the sweep (YAML) that computes it.")
     ] = None,
@@ -39,8 +39,6 @@ def deck(
     from studies.sweeps.sweep import Sweep
 
     text = _text_of(file)
-    if units not in ("deck", "mm-g-ms", "SI"):
-        raise refusal("--units", units, "deck, mm-g-ms or SI", "write one of these")
     read = read_deck(text, units)
     if as_json:
         summary = {"nodes": read.nodes, "particles": read.particles}
@@ -50,7 +48,7 @@ def deck(
         print_json({**summary, **plain})
     else:
         _print_deck(read)
-    document = {
+    document: dict[str, Plain] = {
         "name": file.stem[:100],
         "title": (read.title or file.stem)[:100],
         "scenario": "deck",
@@ -129,24 +127,12 @@ def _plain(numbers: Iterable[float]) -> list[str]:
     return [f"{number:g}" for number in numbers]
 
 
-class _Dumper(yaml.SafeDumper):
-    """Texts of several lines as blocks."""
-
-
-def _as_block(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
-
-
-_Dumper.add_representer(str, _as_block)
-
-
-def _write(output: Path, deck: str, units: str, document: Mapping[str, Collection[str]]) -> None:
+def _write(output: Path, deck: str, units: str, document: Mapping[str, Plain]) -> None:
     """The sweep as YAML, with the deck as a block of its own lines."""
     lines = [line.expandtabs().rstrip() for line in deck.splitlines()]
     fixed = {"deck": "\n".join(lines) + "\n", "units": units}
-    content = yaml.dump({**document, "fixed": fixed}, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
     try:
-        output.write_text(content, "utf-8")
+        output.write_text(yaml_of({**document, "fixed": fixed}), "utf-8")
     except OSError as error:
         raise refusal("--output", str(output), "a file", f"choose another file: {error.strerror}") from None
     print(f"\nwritten: {output}; compute it with: whipple sweep {output} --out DIR")

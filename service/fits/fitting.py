@@ -61,7 +61,7 @@ def fit(
     fitted = []
     for measured in _measured(source, quantity, at or []):
         forms = forms_of(measured.quantity)
-        chosen = [each for each in forms if form in (None, each.name)]
+        chosen = [law for law in forms if form in (None, law.name)]
         if chosen:
             fitted.append(fits_of(measured, chosen))
     if not fitted:
@@ -103,9 +103,9 @@ def surrogate(
     prediction = None if place is None else made.predict(place[None])
     indices = indices_of_surrogate(made)
     if as_json:
-        document = {**plain(made), "indices": [asdict(each) for each in indices]}
+        document = {**plain(made), "indices": [*map(asdict, indices)]}
         if place is not None and prediction is not None:
-            names = [each.name for each in made.runs.inputs]
+            names = [axis.name for axis in made.runs.inputs]
             document["prediction"] = {
                 "at": dict(zip(names, place.tolist(), strict=True)),
                 "value": float(prediction.values[0]),
@@ -134,17 +134,17 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
         print(f"  left out: run {id[:SHORT_ID]}, {reason}")
     if len(runs.left_out) > MOST_LISTED:
         print(f"  left out: {len(runs.left_out) - MOST_LISTED} others; --json names all")
-    lengths = ", ".join(f"{each.name.replace('_', ' ')} {each.value:.2g}" for each in made.lengths)
-    bends, noise = (f"{each.value * shown.factor:.2g}{unit}" for each in made.deviations)
+    lengths = ", ".join(f"{length.name.replace('_', ' ')} {length.value:.2g}" for length in made.lengths)
+    bends, noise = (f"{deviation.value * shown.factor:.2g}{unit}" for deviation in made.deviations)
     print(f"  kernel: {KERNEL}, most likely:")
     print(f"  lengths over the range of the input: {lengths}; bends {bends}; noise {noise}")
     freedom = f"{made.degrees_of_freedom} degrees of freedom"
     print(f"  intervals: its deviation times {made.scale:.2g}, Student's t with {freedom}")
-    columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
+    columns = [with_unit(axis.name.replace("_", " "), axis.unit) for axis in runs.inputs]
     rows = [
         (
             id[:SHORT_ID],
-            *(f"{value * display_of(each.unit).factor:.6g}" for value, each in zip(place, runs.inputs, strict=True)),
+            *(f"{value * display_of(axis.unit).factor:.6g}" for value, axis in zip(place, runs.inputs, strict=True)),
             *(f"{value * shown.factor:.5g}" for value in numbers),
             "" if abs(numbers[1] - numbers[0]) <= numbers[2] else "outside",
         )
@@ -161,7 +161,7 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
             f"95 % intervals cover {errors.coverage:.0%}"
         )
     print("Sobol indices (95 %)")
-    table = ((each.name, _index(each.first), _index(each.total)) for each in indices)
+    table = ((axis.name, _index(axis.first), _index(axis.total)) for axis in indices)
     print_table(("axis", "by itself", "with interactions"), table)
 
 
@@ -171,7 +171,7 @@ def _index(index: "SobolIndex") -> str:
 
 def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]) -> None:
     shown = display_of(made.runs.unit)
-    value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
+    value, interval = (float(numbers[0]) * shown.factor for numbers in (prediction.values, prediction.intervals))
     unit = f" {shown.unit}" if shown.unit else ""
     print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
 
@@ -187,19 +187,19 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
         every = list(of_table(source, SIZES))
     else:
         dataset = open_cube(Path(source))
-        every = [of_cube(dataset, each) for each in quantities_of(dataset, SIZES)]
-    chosen = [each for each in every if quantity in (None, each.quantity)]
+        every = [of_cube(dataset, name) for name in quantities_of(dataset, SIZES)]
+    chosen = [measured for measured in every if quantity in (None, measured.quantity)]
     if not chosen:
-        there = ", ".join(each.quantity for each in every) or "none that a law is about"
+        there = ", ".join(measured.quantity for measured in every) or "none that a law is about"
         raise refusal("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")
-    return [each.at(each.read_place(at)) for each in chosen]
+    return [measured.at(measured.read_place(at)) for measured in chosen]
 
 
 def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
     """Write the only fit into a file; raises InvalidInput where there are several, or none."""
-    done = [each for fits in fitted for each in fits if each.solution is not None]
+    done = [fit for fits in fitted for fit in fits if fit.solution is not None]
     if len(done) != 1:
-        there = ", ".join(f"{each.measured.quantity} {each.form.name}" for each in done) or "none"
+        there = ", ".join(f"{fit.measured.quantity} {fit.form.name}" for fit in done) or "none"
         cure = "choose with --quantity and --form" if done else "see the reasons without --out"
         raise refusal("--out", there, "one fit", cure)
     law = done[0].law(name)
@@ -216,10 +216,10 @@ def _print_fits(fits: "list[FittedForm]") -> None:
     words = measured.quantity.replace("_", " ")
     print(f"{words}: {len(measured.shots)} points, {weights}{left_out}\n  {measured.source}")
     differences = {
-        each.form.name: size
+        fit.form.name: size
         for ranked in compared(fits)
         if len(ranked.fits) > 1
-        for each, size in zip(ranked.fits, ranked.differences, strict=True)
+        for fit, size in zip(ranked.fits, ranked.differences, strict=True)
     }
     dimension = dimension_of(measured.quantity)
     unit = "mm" if dimension == 1 else f"mm{dimension}"

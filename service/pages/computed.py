@@ -1,7 +1,7 @@
 """What child processes compute for pages: sweeps that are made of a stored one, and drawings."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
@@ -14,47 +14,27 @@ from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 
 
-@dataclass(frozen=True)
-class FurtherValues:
-    """Values, with commas between them, for an axis of a sweep."""
-
-    document: Mapping[str, Plain]
-    axis: str
-    values: str
-    max_runs: int
-
-
-def longer(further: FurtherValues) -> ExpandedSweep:
-    """A sweep with further values on one of its axes; raises InvalidInput."""
-    values = read_value("values", further.values)
-    sweep = Sweep.parse(further.document, ACCEPTED)
-    sweep = with_values(sweep, further.axis, values if isinstance(values, list) else [values])
+def longer(document: Mapping[str, Plain], axis: str, text: str, max_runs: int) -> ExpandedSweep:
+    """A sweep with further values on an axis, written with commas between them; raises InvalidInput."""
+    values = read_value("values", text)
+    sweep = with_values(Sweep.parse(document, ACCEPTED), axis, values if isinstance(values, list) else [values])
     # Once more, under the limits of a sweep that is posted.
-    return expanded_sweep(Sweep.parse(sweep.document(), SweepLimits(further.max_runs)))
+    return expanded_sweep(Sweep.parse(sweep.document(), SweepLimits(max_runs)))
 
 
-@dataclass(frozen=True)
-class SingleRun:
-    """A run in a sweep."""
-
-    id: str
-    document: Mapping[str, Plain]
-    coordinates: Mapping[str, Value]
-    title: str  # of the sweep of it alone
-    max_runs: int
-
-
-def alone(single: SingleRun) -> ExpandedSweep:
-    """The sweep of a single run of a sweep; raises InvalidInput."""
-    sweep = Sweep.parse(single.document, ACCEPTED)
-    if {*single.coordinates} < {axis.name for axis in sweep.axes}:  # a run that screens the models
+def alone(
+    id: str, document: Mapping[str, Plain], coordinates: Mapping[str, Value], title: str, max_runs: int
+) -> ExpandedSweep:
+    """The sweep, of a title, that has a single run of another sweep; raises InvalidInput."""
+    sweep = Sweep.parse(document, ACCEPTED)
+    if {*coordinates} < {axis.name for axis in sweep.axes}:  # a run that screens the models
         cure = "submit a sweep with these parameters"
-        raise InvalidInput([Finding("run", single.id, "a run at a point of the axes of its sweep", cure)])
-    document = replace(sweep.of_point(single.coordinates), title=single.title).document()
-    expanded = expanded_sweep(Sweep.parse(document, SweepLimits(single.max_runs)))
-    if expanded.points[0].run_id != single.id:
+        raise InvalidInput([Finding("run", id, "a run at a point of the axes of its sweep", cure)])
+    single = replace(sweep.of_point(coordinates), title=title).document()
+    expanded = expanded_sweep(Sweep.parse(single, SweepLimits(max_runs)))
+    if expanded.points[0].run_id != id:
         cure = "submit its sweep again: results of different versions stay separate"
-        raise InvalidInput([Finding("run", single.id, "a run of this version of the physics", cure)])
+        raise InvalidInput([Finding("run", id, "a run of this version of the physics", cure)])
     return expanded
 
 

@@ -60,7 +60,7 @@ def label_of(name: str) -> str:
 
 def is_missing(found: Iterable[Finding]) -> bool:
     """Whether findings say no more than that a field is empty."""
-    return all(each.value == NOTHING for each in found)
+    return all(finding.value == NOTHING for finding in found)
 
 
 def placed(findings: Iterable[Finding], names: Collection[str], more: str = "") -> dict[str, list[Finding]]:

@@ -5,7 +5,7 @@ with commas between them are an axis, and so is a list: ``[6 km/s]``. Titles, de
 has no field of its own stands in the field ``more``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from pprint import pformat
@@ -19,6 +19,7 @@ from studies import scenarios
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, InvalidInput, refusal
 from studies.quantities.parameters import Parameter, Plain, Value, declared
+from studies.sweeps.document import WIDEST, yaml_of
 from studies.sweeps.reading import KEYS, SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -31,18 +32,6 @@ MAPPINGS = ("materials", MORE)
 OF_DOCUMENT = (*TEXTS, *VALUES, *MAPPINGS)
 SAMPLED = ("latin-hypercube", "sobol")
 SAMPLES = "values"  # key of a sampled axis with what was drawn
-WIDEST = 10_000  # letters in a line of YAML
-
-
-@dataclass(frozen=True)
-class SweepForm:
-    """The fields of a form, and the document with which it begins, whose values it may change."""
-
-    scenario: str
-    fields: Mapping[str, str]
-    document: Mapping[str, Plain]
-    is_submitted: bool
-    max_runs: int
 
 
 @dataclass(frozen=True)
@@ -60,21 +49,26 @@ class AskedSweep:
     setup: tuple[str, str] | None  # drawing of the set-up and its alternative text
 
 
-def asked(form: SweepForm) -> AskedSweep:
-    """The sweep of a form, priced, or expanded if it is to be submitted."""
-    fields = {**fields_of(form.document), **form.fields}
+def asked(
+    scenario: str, changes: Mapping[str, str], beginning: Mapping[str, Plain], is_submitted: bool, max_runs: int
+) -> AskedSweep:
+    """The sweep of a form, priced, or expanded if it is to be submitted.
+
+    The form begins with the fields of a document, and has ``changes``.
+    """
+    fields = {**fields_of(beginning), **changes}
     findings = Findings()
-    document = findings.attempt(document_of, form.scenario, fields)
-    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(form.max_runs))
+    document = findings.attempt(document_of, scenario, fields)
+    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(max_runs))
     cost = expanded = None
-    if sweep is not None and form.is_submitted:
+    if sweep is not None and is_submitted:
         expanded = findings.attempt(expanded_sweep, sweep)
     if sweep is not None and expanded is None:
-        cost = findings.attempt(estimated_sweep, sweep, form.max_runs)
+        cost = findings.attempt(estimated_sweep, sweep, max_runs)
     return AskedSweep(
-        scenario=form.scenario,
+        scenario=scenario,
         fields=fields,
-        yaml="" if document is None or (cost is None and expanded is None) else as_yaml(document),
+        yaml="" if document is None or (cost is None and expanded is None) else yaml_of(document),
         own_materials=tuple(map(str, sweep.materials)) if sweep else (),
         python="" if cost is None else pformat(document, width=100, sort_dicts=False),
         findings=tuple(dict.fromkeys(findings)),
@@ -122,8 +116,8 @@ def document_of(scenario: str, fields: Mapping[str, str]) -> dict[str, Plain]:
 def _with_an_axis(fixed: Mapping[str, Plain], record: Mapping[str, Parameter]) -> dict[str, Plain]:
     """The parameters of a form without an axis: its first value that is no text becomes one, else a default."""
     values = {name: value for name, value in fixed.items() if name in record and record[name].kind != "text"}
-    numbers = (each for each in record.values() if each.unit is not None and each.default is not None)
-    values |= {each.name: written(each.default, each.unit) for each in numbers if each.name not in values}
+    numbers = (number for number in record.values() if number.unit is not None and number.default is not None)
+    values |= {number.name: written(number.default, number.unit) for number in numbers if number.name not in values}
     axes: dict[str, Plain] = {name: [value] for name, value in islice(values.items(), 1)}
     return {"axes": axes, "fixed": {name: value for name, value in fixed.items() if name not in axes}}
 
@@ -158,25 +152,24 @@ def fields_of(document: Mapping[str, Plain]) -> dict[str, str]:
             # Which sample has which values depends on the order of the axes, which fields do not keep.
             has_fields = key == "fixed" or document.get("combine") not in SAMPLED
             known = {name: value for name, value in part.items() if has_fields and _fits(record.get(name), value)}
-            others = {name: _without_samples(value) for name, value in part.items() if name not in known}
+            others = {name: value for name, value in part.items() if name not in known}
+            for name, value in others.items():
+                if isinstance(value, Mapping):
+                    others[name] = {key: inner for key, inner in value.items() if key != SAMPLES}
             fields |= {name: _written(record[name].kind == "text", value) for name, value in known.items()}
             more |= {key: others} if others else {}
         elif key == "cells" or part in (None, [], {}):  # the accuracy chooses cells anew
             continue
         elif key in ("materials", *VALUES) or (key in TEXTS and isinstance(part, str)):
-            fields[key] = as_yaml(part) if key in MAPPINGS else _written(key in TEXTS, part)
+            fields[key] = yaml_of(part) if key in MAPPINGS else _written(key in TEXTS, part)
         elif key != "scenario":
             more[key] = part
-    return fields | ({MORE: as_yaml(more)} if more else {})
+    return fields | ({MORE: yaml_of(more)} if more else {})
 
 
 def _fits(parameter: Parameter | None, value: Plain) -> bool:
     """Whether a value can stand in the field of a parameter; several texts of lines cannot."""
     return parameter is not None and (parameter.kind != "text" or isinstance(value, str))
-
-
-def _without_samples(value: Plain) -> Plain:
-    return {key: part for key, part in value.items() if key != SAMPLES} if isinstance(value, Mapping) else value
 
 
 def _written(is_text: bool, value: Plain) -> str:
@@ -186,38 +179,6 @@ def _written(is_text: bool, value: Plain) -> str:
     values = value if isinstance(value, list) and len(value) > 1 else [value]
     text: str = yaml.safe_dump(values, default_flow_style=True, sort_keys=False, allow_unicode=True, width=WIDEST)
     return text.strip()[1:-1]
-
-
-# --- YAML to read -----------------------------------------------------------------------------------
-
-
-class _Dumper(yaml.SafeDumper):
-    """Writes lists and ranges in one line, and texts of several lines as they are."""
-
-
-def _represent_list(dumper: yaml.SafeDumper, values: Sequence[Plain]) -> yaml.Node:
-    is_flat = not any(isinstance(value, dict | list) for value in values)
-    return dumper.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=is_flat)
-
-
-def _represent_mapping(dumper: yaml.SafeDumper, mapping: Mapping[str, Plain]) -> yaml.Node:
-    is_range = bool({"start", "low", "limit_of"} & {*mapping})
-    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=is_range)
-
-
-def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.Node:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, "|" if "\n" in text else None)
-
-
-_Dumper.add_representer(list, _represent_list)
-_Dumper.add_representer(dict, _represent_mapping)
-_Dumper.add_representer(str, _represent_text)
-
-
-def as_yaml(document: Plain) -> str:
-    """A document as YAML; every line of a text in it is indented."""
-    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDEST)
-    return text
 
 
 # --- drawing --------------------------------------------------------------------------------------

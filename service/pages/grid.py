@@ -6,7 +6,8 @@ list. Either shows at most ``MOST_CELLS`` points, whatever the size of the sweep
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import itemgetter
 
 from service.pages.charts import Chart, ChartLine
 from service.records.jobs import GridCell, State
@@ -36,124 +37,106 @@ class GridAxis:
 
 
 @dataclass(frozen=True)
-class GridLayout:
-    """The grid of a document; without dimensions its points are a list."""
-
-    dimensions: tuple[GridAxis, ...]
-    planned: int
-
-    @property
-    def places(self) -> tuple[int, ...]:
-        """The distance of neighbours along each dimension in the order of the points, whose last axis is fastest."""
-        lengths = [len(each.texts) for each in self.dimensions]
-        return tuple(math.prod(lengths[k + 1 :]) for k in range(len(lengths)))
-
-    @property
-    def rows_and_columns(self) -> tuple[int, ...]:
-        """The two dimensions of a sheet: the longest axes, and where there are too few, the resolutions; long first."""
-        order = sorted(
-            range(len(self.dimensions)),
-            key=lambda k: (
-                len(self.dimensions[k].texts) == 1,
-                self.dimensions[k].name in (RESOLUTION, OFFSET),
-                -len(self.dimensions[k].texts),
-            ),
-        )
-        return tuple(sorted(order[:2], key=lambda k: -len(self.dimensions[k].texts)))
-
-
-def layout_of(document: Mapping[str, Plain], planned: int) -> GridLayout:
-    """The layout of a canonical document."""
-    axes, resolutions, offsets = (document.get(key) for key in ("axes", "resolution", "offsets"))
-    assert isinstance(axes, Mapping)
-    lists = {name: values for name, values in axes.items() if isinstance(values, list)}
-    if document.get("combine") != "grid" or len(lists) < len(axes):
-        return GridLayout((), planned)
-    dimensions = [GridAxis(name, tuple(map(_plain, values))) for name, values in lists.items()]
-    if isinstance(resolutions, list):
-        dimensions.append(GridAxis(RESOLUTION, tuple(map(_plain, resolutions))))
-    if isinstance(offsets, int) and offsets > 1:
-        dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets} cell" for k in range(offsets))))
-    return GridLayout(tuple(dimensions), planned)
-
-
-def _plain(value: Plain) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-@dataclass(frozen=True)
 class GridSheet:
-    """The part of a layout that a page shows."""
+    """The part of a grid that a page shows; a list where the points are no grid."""
 
-    layout: GridLayout
+    dimensions: tuple[GridAxis, ...]  # of the whole grid; of a list none
+    planned: int  # points
     at: tuple[int, ...]  # place on each dimension; on those of the sheet itself 0
-    first: int = 0  # row, or point of a list
+    shown: tuple[int, ...]  # the dimensions of its rows and of its columns, as far as there are any
+    first: int  # row, or point of a list
 
-    @staticmethod
-    def read(layout: GridLayout, text: str, first: int) -> "GridSheet":
-        """The sheet that a query names by its places; the finest resolution where it names none."""
-        lengths = [len(each.texts) for each in layout.dimensions]
-        places = [int(part) for part in text.split(".") if part.isdecimal() and len(part) < 6]
-        if len(places) != len(lengths):
-            places = [len(each.texts) - 1 if each.name == RESOLUTION else 0 for each in layout.dimensions]
-        own = layout.rows_and_columns
-        at = tuple(0 if k in own else min(place, lengths[k] - 1) for k, place in enumerate(places))
-        return GridSheet(layout, at, first)
+    @property
+    def row_axis(self) -> GridAxis | None:
+        return self.dimensions[self.shown[0]] if self.shown else None
+
+    @property
+    def column_axis(self) -> GridAxis | None:
+        return self.dimensions[self.shown[1]] if len(self.shown) > 1 else None
+
+    @property
+    def row_count(self) -> int:
+        """The rows of the whole sheet."""
+        return len(self.row_axis.texts) if self.row_axis else self.planned
+
+    @property
+    def columns(self) -> range:
+        return range(len(self.column_axis.texts) if self.column_axis else 1)
 
     @property
     def rows(self) -> range:
         """The rows that are shown, of the whole sheet."""
-        own = self.layout.rows_and_columns
-        if not own:
-            return range(self.first, min(self.layout.planned, self.first + MOST_LISTED))
-        each = max(1, MOST_CELLS // (len(self.layout.dimensions[own[1]].texts) if len(own) > 1 else 1))
-        count = len(self.layout.dimensions[own[0]].texts)
-        first = min(self.first, count - 1)
-        return range(first, min(count, first + each))
-
-    @property
-    def row_count(self) -> int:
-        own = self.layout.rows_and_columns
-        return len(self.layout.dimensions[own[0]].texts) if own else self.layout.planned
-
-    @property
-    def columns(self) -> range:
-        own = self.layout.rows_and_columns
-        return range(len(self.layout.dimensions[own[1]].texts)) if len(own) > 1 else range(1)
+        most = max(1, MOST_CELLS // len(self.columns)) if self.dimensions else MOST_LISTED
+        first = min(self.first, self.row_count - 1)
+        return range(first, min(self.row_count, first + most))
 
     @property
     def ordinals(self) -> list[list[int]]:
-        """The points of each row."""
-        own, places = self.layout.rows_and_columns, self.layout.places
-        if not own:
-            return [[row] for row in self.rows]
-        begin = sum(at * place for at, place in zip(self.at, places, strict=True))
-        across = places[own[1]] if len(own) > 1 else 0
-        return [[begin + row * places[own[0]] + column * across for column in self.columns] for row in self.rows]
+        """The points of each row, in the order of the sweep, whose last axis is fastest."""
+        lengths = [len(axis.texts) for axis in self.dimensions]
+        distances = [math.prod(lengths[k + 1 :]) for k in range(len(lengths))]  # of neighbours along each dimension
+        begin = sum(at * distance for at, distance in zip(self.at, distances, strict=True))
+        down, across = [*(distances[k] for k in self.shown), 1, 0][:2]
+        return [[begin + row * down + column * across for column in self.columns] for row in self.rows]
 
     @property
     def beside(self) -> range:
         """The runs beside the points of a grid: those that screen its models."""
-        points = math.prod(len(each.texts) for each in self.layout.dimensions)
-        return range(points, min(self.layout.planned, points + MOST_LISTED)) if self.layout.dimensions else range(0)
+        points = math.prod(len(axis.texts) for axis in self.dimensions)
+        return range(points, min(self.planned, points + MOST_LISTED)) if self.dimensions else range(0)
 
     def others(self) -> Iterator[tuple[str, list[tuple[str, str | None]]]]:
-        """Of each other dimension its label, and its values, each with the word of its sheet; None: this one."""
-        for k, dimension in enumerate(self.layout.dimensions):
-            if k in self.layout.rows_and_columns or len(dimension.texts) < 2:
+        """The label of each dimension beside those of the sheet, and its values.
+
+        Beside a value stands the ``word`` of the sheet that has it; None for this sheet.
+        """
+        for k, dimension in enumerate(self.dimensions):
+            if k in self.shown or len(dimension.texts) < 2:
                 continue
-            words = [
-                ".".join(str(n if j == k else at) for j, at in enumerate(self.at)) for n in range(len(dimension.texts))
-            ]
-            yield (
-                dimension.label,
-                [(text, None if n == self.at[k] else words[n]) for n, text in enumerate(dimension.texts)],
-            )
+            sheets = [replace(self, at=(*self.at[:k], n, *self.at[k + 1 :])) for n in range(len(dimension.texts))]
+            words = [None if sheet == self else sheet.word for sheet in sheets]
+            yield dimension.label, [*zip(dimension.texts, words, strict=True)]
 
     @property
     def word(self) -> str:
         """The sheet as a query names it."""
         return ".".join(map(str, self.at))
+
+
+def sheet_of(document: Mapping[str, Plain], planned: int, text: str, first: int) -> GridSheet:
+    """The sheet of a canonical document that a query names by its places; the finest resolution where it names none.
+
+    Its rows and columns are the longest axes, and where there are too few, the resolutions; the longer one has rows.
+    """
+    dimensions = _dimensions(document)
+    lengths = [len(axis.texts) for axis in dimensions]
+    is_numerical = [axis.name in (RESOLUTION, OFFSET) for axis in dimensions]
+    order = sorted(range(len(lengths)), key=lambda k: (lengths[k] == 1, is_numerical[k], -lengths[k]))
+    shown = tuple(sorted(order[:2], key=lambda k: -lengths[k]))
+    places = [int(part) for part in text.split(".") if part.isdecimal() and len(part) < 6]
+    if len(places) != len(lengths):
+        places = [len(axis.texts) - 1 if axis.name == RESOLUTION else 0 for axis in dimensions]
+    at = tuple(0 if k in shown else min(place, lengths[k] - 1) for k, place in enumerate(places))
+    return GridSheet(dimensions, planned, at, shown, first)
+
+
+def _dimensions(document: Mapping[str, Plain]) -> tuple[GridAxis, ...]:
+    """The dimensions of the grid of a document; none where its points are no grid."""
+    axes, resolutions, offsets = (document.get(key) for key in ("axes", "resolution", "offsets"))
+    assert isinstance(axes, Mapping)
+    lists = {name: values for name, values in axes.items() if isinstance(values, list)}
+    if document.get("combine") != "grid" or len(lists) < len(axes):
+        return ()
+    dimensions = [GridAxis(name, tuple(map(_plain, values))) for name, values in lists.items()]
+    if isinstance(resolutions, list):
+        dimensions.append(GridAxis(RESOLUTION, tuple(map(_plain, resolutions))))
+    if isinstance(offsets, int) and offsets > 1:
+        dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets} cell" for k in range(offsets))))
+    return tuple(dimensions)
+
+
+def _plain(value: Plain) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True)
@@ -222,27 +205,22 @@ def _unit_of(scenario: str, name: str) -> str | None:
 
 def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: str) -> Chart:
     """The quantity of the cells over the rows of their sheet, a line for each column; empty where rows are words."""
-    own = sheet.layout.rows_and_columns
-    quantity = measurements.load(name)
-    if not own or quantity.is_outcome:
+    quantity, along, across = measurements.load(name), sheet.row_axis, sheet.column_axis
+    if along is None or quantity.is_outcome:
         return NO_CHART
-    along = sheet.layout.dimensions[own[0]]
-    across = sheet.layout.dimensions[own[1]] if len(own) > 1 else None
     by_place = {cell.ordinal: cell for cell in cells}
     lines = []
     for column in sheet.columns:
         mine = [by_place[row[column]] for row in sheet.ordinals if row[column] in by_place]
-        at = [(cell.coordinates.get(along.name), cell) for cell in mine]
-        if not all(isinstance(value, float | int) for value, _ in at):
+        points = [
+            (float(at), cell.value, cell.uncertainty)
+            for cell in mine
+            if isinstance(at := cell.coordinates.get(along.name), float | int)
+        ]
+        if len(points) < len(mine):
             return NO_CHART
-        in_order = [cell for _, cell in sorted(at, key=lambda each: each[0])]  # type: ignore[arg-type, return-value]
-        lines.append(
-            ChartLine(
-                label=f"{across.label} {across.texts[column]}" if across else quantity.title,
-                x=[float(cell.coordinates[along.name]) for cell in in_order],
-                y=[cell.value for cell in in_order],
-                uncertainty=[cell.uncertainty for cell in in_order],
-            )
-        )
+        points.sort(key=itemgetter(0))
+        label = f"{across.label} {across.texts[column]}" if across else quantity.title
+        lines.append(ChartLine(label, *([point[k] for point in points] for k in range(3))))
     x = along.name, along.label, _unit_of(scenario, along.name) or "1"
     return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)

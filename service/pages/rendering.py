@@ -1,7 +1,12 @@
-"""Rendering of pages: templates, the token of their forms, and problem documents as pages."""
+"""Rendering of pages: templates, cookies and the token of forms, and problem documents as pages.
 
+What browsers send back is read, and its token checked, where callers are authenticated (``service.api.browsers``).
+"""
+
+import hashlib
 import json
 import re
+import secrets
 from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
@@ -16,7 +21,6 @@ from service import version
 from service.api.access import Caller
 from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, token_of
 from service.api.dependencies import in_child
-from service.pages.browsers import new_browser, set_cookie
 from service.pages.charts import Chart
 from service.pages.computed import drawn_chart
 from service.pages.page_routes import head_links
@@ -24,6 +28,7 @@ from service.records.jobs import NotFound
 from studies import scenarios
 from studies.quantities.display import display_of, duration
 
+ONCE = "once"  # field with a random value of the page, by which a form that is sent twice is known
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
 KEPT_SECONDS = 86400  # by a browser: the address of a chart names its content
 UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'
@@ -71,7 +76,7 @@ def page(
     **content: Any,
 ) -> Response:
     """A page whose forms have the token of the browser, which gets its cookie if it has none."""
-    browser = cookie(request, BROWSER) or new_browser()
+    browser = cookie(request, BROWSER) or secrets.token_urlsafe(32)
     field = {"name": TOKEN_FIELD, "value": token_of(request, browser)}
     text = rendered(template, caller=caller, token=field, here=request.url.path, **content)
     response = HTMLResponse(text, status, headers=dict(headers or {}))
@@ -92,6 +97,19 @@ def problem_page(
     again = request.headers.get("sec-fetch-site") == "cross-site"
     wrong = problem if KEY_WAS_SENT in headers["WWW-Authenticate"] else None
     return page(request, "login.html", status=status, headers=headers, problem=wrong, to=to, again=again)
+
+
+def set_cookie(request: Request, response: Response, name: str, value: str) -> None:
+    """Give a browser a cookie that scripts cannot read and other sites do not send; an empty one is removed."""
+    secure = request.url.scheme == "https"
+    age = None if value else 0
+    response.set_cookie(name, value, max_age=age, path="/", httponly=True, samesite="strict", secure=secure)
+
+
+def idempotency_of(form: Mapping[str, str], *asked: str | None) -> tuple[str, str]:
+    """Key and digest of a submission: a form that is sent twice with the same ``asked`` makes one sweep."""
+    digest = hashlib.sha256(json.dumps((form.get(ONCE, ""), *asked)).encode()).hexdigest()
+    return digest, digest
 
 
 async def drawn(request: Request, chart: Chart) -> Response:

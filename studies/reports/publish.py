@@ -119,9 +119,6 @@ def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any
     return Sweep.parse(document, ACCEPTED), results_of(outcomes)
 
 
-FORMATS = ("png", "svg", "pdf")  # of figures as files
-
-
 def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     """Draw every figure of a cube into a folder, each in a file named after it; the files.
 

@@ -1,6 +1,6 @@
 """The files of a sweep's document: YAML or JSON texts as mappings, and the errors for files that are not there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -12,9 +12,11 @@ except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
 from studies.quantities.findings import MOST_LISTED, Finding, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.parameters import Plain
 from studies.quantities.texts import decoded
 from studies.sweeps import examples
 
+WIDEST = 10_000  # letters in a line of YAML that is written
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 
 
@@ -127,3 +129,35 @@ def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidIn
 def no_such_cube(file: Path) -> InvalidInput:
     """The error for a missing cube."""
     return no_such_file(file, example="give the cube.nc of a sweep, or its folder, such as demo/holes")
+
+
+# --- documents to read ----------------------------------------------------------------------------
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists and ranges in one line, and texts of several lines as they are."""
+
+
+def _represent_list(dumper: yaml.SafeDumper, values: Sequence[Plain]) -> yaml.Node:
+    is_flat = not any(isinstance(value, dict | list) for value in values)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=is_flat)
+
+
+def _represent_mapping(dumper: yaml.SafeDumper, mapping: Mapping[str, Plain]) -> yaml.Node:
+    is_range = bool({"start", "low", "limit_of"} & {*mapping})
+    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=is_range)
+
+
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.Node:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, "|" if "\n" in text else None)
+
+
+_Dumper.add_representer(list, _represent_list)
+_Dumper.add_representer(dict, _represent_mapping)
+_Dumper.add_representer(str, _represent_text)
+
+
+def yaml_of(document: Plain) -> str:
+    """A document as YAML; every line of a text in it is indented."""
+    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDEST)
+    return text

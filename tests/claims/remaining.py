@@ -8,13 +8,15 @@ import subprocess
 import sys
 import time
 import urllib.request
+from collections.abc import Mapping
 from pathlib import Path
 
 import whipple
 from solver.steppers import methods
 from studies import laws, measurements, scenarios
+from studies.quantities.parameters import Plain
 
-SWEEP = {
+SWEEP: Mapping[str, Plain] = {
     "name": "small",
     "scenario": "thin_plate",
     "axes": {"speed": ["5 km/s", "6 km/s"]},

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Browser
 
 import whipple
+from studies.quantities.parameters import Plain
 from studies.reports.publish import publish_sweep
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
@@ -21,7 +22,7 @@ from tests.studies.support import fakes
 
 # Pictures of the claim stay here, to be looked at.
 FOLDER = Path(__file__).parents[2] / ".cache" / "report-page"
-HOLES = {
+HOLES: Mapping[str, Plain] = {
     "name": "page",
     "title": "Holes in copper plates, 8 mm copper sphere",
     "scenario": "thin_plate",

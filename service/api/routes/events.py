@@ -1,6 +1,6 @@
 """Events as they happen (server-sent events), and past events as pages."""
 
-from collections.abc import AsyncIterable, AsyncIterator
+from collections.abc import AsyncIterable, AsyncIterator, Mapping
 from functools import partial
 from typing import Annotated
 
@@ -9,10 +9,10 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.access import Credentials, authenticate
 from service.api.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
-from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
+from service.api.event_streams import EventSubject, Listener, stream
 from service.api.routes import Routes
-from service.api.schemas import EventModel, PageOf
-from service.records.jobs import Event
+from service.api.schemas import EventModel, PageOf, RunModel, SweepModel
+from service.records.jobs import TERMINAL, Event, NotFound
 from studies.quantities.findings import Finding, InvalidInput, shown
 
 router = APIRouter(prefix="/v1")
@@ -55,15 +55,45 @@ async def _listener(request: Request, streams: AppEventStreams, credentials: Cre
 
 
 def _sweep(id: SweepId, store: AppStore) -> EventSubject:
-    """The events of a sweep; raises NotFound."""
+    """A sweep and its runs, until it has ended; raises NotFound."""
     store.sweeps.document(id)
-    return sweep_subject(store, id)
+
+    def final() -> SweepModel | Mapping[str, str] | None:
+        try:
+            row = store.sweeps.get(id)
+        except NotFound:
+            return {"id": id, "state": "deleted"}
+        return SweepModel.of(row) if row.is_terminal else None
+
+    return EventSubject(
+        events=lambda after, limit: store.events.of_sweep(id, after=after, limit=limit),
+        includes=lambda _run, sweeps: id in sweeps,
+        final=final,
+    )
 
 
 def _run(id: RunId, store: AppStore) -> EventSubject:
-    """The events of a run; raises NotFound."""
+    """A run, until it has ended; raises NotFound."""
     store.runs.get(id)
-    return run_subject(store, id)
+
+    def final() -> RunModel | None:
+        row = store.runs.get(id)
+        return RunModel.of(row) if row.state in TERMINAL else None
+
+    return EventSubject(
+        events=lambda after, limit: store.events.of_run(id, after=after, limit=limit),
+        includes=lambda run, _sweeps: run == id,
+        final=final,
+    )
+
+
+def _queue(store: AppStore) -> EventSubject:
+    """All sweeps and runs, for as long as the client is connected."""
+    return EventSubject(
+        events=lambda after, limit: store.events.all(after=after, limit=limit),
+        includes=lambda _run, _sweeps: True,
+        final=lambda: None,
+    )
 
 
 LastEvent = Annotated[int | None, Depends(_last_event)]
@@ -108,9 +138,11 @@ async def follow_run(
     + MESSAGES.format(end="The stream stays open."),
 )
 async def follow_queue(
-    store: AppStore, last_event: Annotated[int, Depends(_last_event_or_newest)], listener: OpenStream
+    subject: Annotated[EventSubject, Depends(_queue)],
+    last_event: Annotated[int, Depends(_last_event_or_newest)],
+    listener: OpenStream,
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in stream(queue_subject(store), listener, last_event):
+    async for message in stream(subject, listener, last_event):
         yield message
 
 

@@ -1,8 +1,9 @@
-"""Cube and report of a sweep as files: bytes with a checksum, never opened here."""
+"""Cube and report of a sweep as files, and all of its files in one: bytes with a checksum, never opened here."""
 
+import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Annotated
 
@@ -11,28 +12,29 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 from zipstream import ZipStream
 
-from service.api.archives import archive_of
 from service.api.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, FileInputs, MadeFile
-from service.api.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
-from service.api.downloads import Download, bring_back, media_type_of, send_file, serves
-from service.api.errors import NotReady
+from service.api.dependencies import AppArtifacts, AppStore, SweepId
+from service.api.downloads import Download, bring_back, media_type_of, send_file, send_made, serves
+from service.api.errors import FileDamaged, NotReady
 from service.api.routes import Routes
 from service.api.schemas import REPORT_SCHEMA
 from service.api.turns import WaitingThreads, in_waiting_thread, turn_of
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
-from service.records.jobs import NotFound, SweepStatus
+from service.records.jobs import NotFound, Stored, SweepStatus
 from service.store import Store
 from studies.quantities.files import (
     ALL_RUNS_CSV,
     APPENDIX_HTML,
     ARCHIVE,
     CUBE,
+    DIGESTS,
     REPORT_HTML,
     REPORT_JSON,
     RUNS_CSV,
     ZARR,
 )
 
+PIECE = 1 << 20  # bytes of a file that are read at once
 NOT_PUBLISHED = "nothing was published; `whipple retry` publishes it again"
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
@@ -56,9 +58,8 @@ REPORT_HEADERS = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "
     (CUBE,),
     "The labelled result of the sweep (NetCDF-4). With `partial=true` also before the sweep ends: unfinished runs "
     "are NaN, `run_state` marks them, and the attribute `sweep_state` describes the progress",
-    operation_id="get_cube_nc",
 )
-async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -> Response:
+async def get_cube_nc(id: SweepId, request: Request, partial: SoFar = False) -> Response:
     return await _send(request, id, CUBE, PARTIAL if partial else None, is_attachment=True)
 
 
@@ -68,9 +69,8 @@ async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -
     (RUNS_CSV,),
     "One row a run: axes, main quantities with uncertainty and flags, state, in SI with units in the header. With "
     "`all=true` also all other results, parameters and the audit",
-    operation_id="get_runs_csv",
 )
-async def download_runs_csv(
+async def get_runs_csv(
     id: SweepId,
     request: Request,
     every_column: Annotated[bool, Query(alias="all", description="Return every column")] = False,
@@ -84,9 +84,8 @@ async def download_runs_csv(
     (REPORT_HTML,),
     "The report for people: one file that needs no network. With `partial=true` also before the sweep ends: of the "
     "results so far, without pictures",
-    operation_id="get_report_html",
 )
-async def download_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
+async def get_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
     return await _send(request, id, REPORT_HTML, PARTIAL_REPORT if partial else None, headers=REPORT_HEADERS)
 
 
@@ -95,9 +94,8 @@ async def download_report_html(id: SweepId, request: Request, partial: SoFar = F
     f"/{APPENDIX_HTML}",
     (APPENDIX_HTML,),
     "What the report leaves out: every run, the audit and all quantities, in one file that needs no network",
-    operation_id="get_appendix_html",
 )
-async def download_appendix_html(id: SweepId, request: Request) -> Response:
+async def get_appendix_html(id: SweepId, request: Request) -> Response:
     return await _send(request, id, APPENDIX_HTML, headers=REPORT_HEADERS)
 
 
@@ -107,9 +105,8 @@ async def download_appendix_html(id: SweepId, request: Request) -> Response:
     (REPORT_JSON,),
     "The report for programs: the same numbers. The schema is that of sweeps that this version publishes",
     schema=REPORT_SCHEMA,
-    operation_id="get_report_json",
 )
-async def download_report_json(id: SweepId, request: Request) -> Response:
+async def get_report_json(id: SweepId, request: Request) -> Response:
     return await _send(request, id, REPORT_JSON)
 
 
@@ -119,9 +116,8 @@ async def download_report_json(id: SweepId, request: Request) -> Response:
     (ARCHIVE,),
     "Everything of a sweep that has ended in one file: its document, what it published, and the stored files of its "
     "runs in `runs/ID/`; `SHA256SUMS` has the digest of each (`sha256sum --check SHA256SUMS`)",
-    operation_id="get_archive_zip",
 )
-async def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+async def get_archive_zip(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     threads: WaitingThreads = request.app.state.waiting_threads
 
     def archived() -> tuple[str, ZipStream]:
@@ -129,7 +125,7 @@ async def download_archive(id: SweepId, request: Request, store: AppStore, artif
         if not sweep.is_terminal:
             raise NotReady(f"the sweep is {_progress(sweep)}")
         document = json.dumps(store.sweeps.document(id), ensure_ascii=False, indent=1).encode()
-        return sweep.name, archive_of(artifacts, store.publications.archived(id), {"sweep.json": document})
+        return sweep.name, _archive_of(artifacts, store.publications.archived(id), {"sweep.json": document})
 
     name, archive = await in_waiting_thread(request, archived)
     filename = f"{_plain(name)}-{ARCHIVE}"
@@ -140,24 +136,12 @@ async def download_archive(id: SweepId, request: Request, store: AppStore, artif
     )
 
 
-@serves(
-    router,
-    f"/{ZARR}",
-    (ZARR,),
-    "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service",
-    operation_id="get_cube_zarr",
-)
-async def download_zarr(
-    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
-) -> Response:
+@serves(router, f"/{ZARR}", (ZARR,), "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service")
+async def get_cube_zarr(id: SweepId, request: Request, store: AppStore) -> Response:
     sweep, stored = await run_in_threadpool(store.sweeps.get_with_file, id, CUBE)
     if stored is None:
         raise _absent(sweep, CUBE)
-    await bring_back(request, stored)
-    made = await conversions.file("zarr.zip", [stored], artifacts, turn_of(request))
-    return await send_file(
-        request, Download(made.path, f"{_plain(sweep.name)}-{ZARR}", made.sha256, is_attachment=True)
-    )
+    return await send_made(request, "zarr.zip", [stored], f"{_plain(sweep.name)}-{ZARR}", is_attachment=True)
 
 
 async def _send(
@@ -224,3 +208,40 @@ def _progress(sweep: SweepStatus) -> str:
 def _plain(name: str) -> str:
     """A sweep's name as part of a file name."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name)[:80].strip("-.") or "sweep"
+
+
+def _archive_of(artifacts: Artifacts, files: Mapping[str, Stored], texts: Mapping[str, bytes]) -> ZipStream:
+    """A ZIP file of stored files and texts by name: a piece of a file is in memory at a time.
+
+    The files are stored as they are, most of them are compressed already, so that the length of the whole is known
+    before. One of them has the digests of the others, as ``sha256sum --check`` reads them.
+
+    Raises FileDamaged: before the first byte for a file that is missing or has another size, at its end for one with
+    another digest, so that no damaged file is ever part of a whole archive.
+    """
+    lacking = [
+        name for name, stored in files.items() if not (artifacts.is_there(stored) or artifacts.is_in_bucket(stored))
+    ]
+    if lacking:
+        raise FileDamaged(
+            f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; ask again later, or restore them"
+        )
+    digests = {name: stored.sha256 for name, stored in files.items()}
+    digests |= {name: hashlib.sha256(text).hexdigest() for name, text in texts.items()}
+    lines = "".join(f"{sha256}  {name}\n" for name, sha256 in sorted(digests.items()))
+    archive = ZipStream(sized=True)
+    for name, text in {**texts, DIGESTS: lines.encode()}.items():
+        archive.add(text, name)
+    for name, stored in files.items():
+        archive.add(_content(artifacts, stored), name, size=stored.size)
+    return archive
+
+
+def _content(artifacts: Artifacts, stored: Stored) -> Iterator[bytes]:
+    sha256 = hashlib.sha256()
+    with artifacts.local(stored).open("rb") as file:
+        while piece := file.read(PIECE):
+            sha256.update(piece)
+            yield piece
+    if sha256.hexdigest() != stored.sha256:
+        raise FileDamaged(f"{stored.name} is not the file that was registered")

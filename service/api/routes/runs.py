@@ -7,11 +7,10 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic_core import to_jsonable_python
 from starlette.concurrency import run_in_threadpool
 
-from service.api.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
-from service.api.downloads import Download, RangedFile, bring_back, is_range, media_type_of, send_file, serves
+from service.api.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
+from service.api.downloads import Download, RangedFile, is_range, media_type_of, send_file, send_made, serves
 from service.api.routes import Routes
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
-from service.api.turns import turn_of
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
 from service.records.jobs import VIEWS, NotFound, State, Stored
 from service.store import Store
@@ -62,16 +61,12 @@ async def download_file(
     "Film and final state for ParaView and other readers of VTK (`film.pvd`, `state.vtu`), with units and times; what "
     "is in it follows from the retention of the run",
 )
-async def download_vtk(
-    id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
-) -> Response:
+async def download_vtk(id: RunId, request: Request, store: AppStore) -> Response:
     files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
     if not {STATE, FILM} & set(files):
         raise NotFound("file", f"{id}/{STATE}")
     sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
-    await bring_back(request, *sources)
-    made = await conversions.file(VTK, sources, artifacts, turn_of(request))
-    return await send_file(request, Download(made.path, f"{id}-{VTK}", made.sha256, is_attachment=True))
+    return await send_made(request, VTK, sources, f"{id}-{VTK}", is_attachment=True)
 
 
 @serves(
@@ -84,30 +79,22 @@ async def download_animation(
     id: RunId,
     request: Request,
     store: AppStore,
-    artifacts: AppArtifacts,
-    conversions: AppConversions,
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
     film = await run_in_threadpool(store.runs.file, id, FILM)
-    await bring_back(request, film)
-    made = await conversions.file("gif", [film], artifacts, turn_of(request), field=field)
-    return await send_file(request, Download(made.path, f"{id}-film.gif", made.sha256))
+    return await send_made(request, "gif", [film], f"{id}-film.gif", field=field)
 
 
 @router.get("/{id}/views/{view}", include_in_schema=False)
-async def download_view(
-    id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions, view: str
-) -> Response:
+async def download_view(id: RunId, request: Request, store: AppStore, view: str) -> Response:
     """What the page of a run draws, packed (``studies.films.packed``)."""
     files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
     source = next((files[name] for name in VIEWS.get(view, ()) if name in files), None)
     if source is None:
         raise NotFound("view", f"{id}/{view[:80]}")
     run = await run_in_threadpool(store.runs.spec, id)
-    await bring_back(request, source)
-    made = await conversions.file(f"{view}.view", [source], artifacts, turn_of(request), run=run)
     headers = {"Content-Encoding": "gzip"}
-    return await send_file(request, Download(made.path, f"{id}-{view}", made.sha256, headers=headers))
+    return await send_made(request, f"{view}.view", [source], f"{id}-{view}", headers=headers, run=run)
 
 
 @serves(

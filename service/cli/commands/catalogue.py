@@ -1,8 +1,7 @@
 """The catalogue that ships: materials, laws and scenarios; no service is needed."""
 
 from collections.abc import Iterable
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,45 +20,40 @@ app = typer.Typer()
 COMMANDS = Commands("catalogue", SHIPPED, app)
 
 
-class Kind(StrEnum):
-    """What ships."""
-
-    MATERIALS = "materials"
-    LAWS = "laws"
-    SCENARIOS = "scenarios"
-
-
 @app.command("list")
 def list_kind(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help="materials, laws or scenarios.")],
+    kind: Annotated[
+        Literal["materials", "laws", "scenarios"], typer.Argument(metavar="KIND", help="materials, laws or scenarios.")
+    ],
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")] = None,
     as_json: Json = False,
 ) -> None:
     """List the materials, the published laws or the scenarios, or show one with units and sources."""
     from studies import laws, materials, scenarios
 
-    if as_json and kind is Kind.MATERIALS:
-        documents = {each: materials.load(each).document() for each in ([name] if name else materials.names())}
-    elif as_json:
-        shipped = laws if kind is Kind.LAWS else scenarios
-        documents = {each: shipped.load(each).describe() for each in ([name] if name else shipped.names())}
     if as_json:
-        print_json(documents[name] if name else [*documents.values()])
-    elif kind is Kind.MATERIALS:
+        if kind == "materials":
+            documents = [materials.load(entry).document() for entry in ([name] if name else materials.names())]
+        else:
+            shipped = laws if kind == "laws" else scenarios
+            documents = [shipped.load(entry).describe() for entry in ([name] if name else shipped.names())]
+        print_json(documents[0] if name else documents)
+    elif kind == "materials":
         _show_material(materials.load(name)) if name else _list_materials(map(materials.load, materials.names()))
-    elif kind is Kind.LAWS:
+    elif kind == "laws":
         _show_law(laws.load(name)) if name else _list_laws(map(laws.load, laws.names()))
     else:
         _show_scenario(scenarios.load(name)) if name else _list_scenarios(map(scenarios.load, scenarios.names()))
 
 
-def _list_materials(materials: "Iterable[Material]") -> None:
+def _list_materials(listed: "Iterable[Material]") -> None:
     rows = (
         (
-            *(each.name, each.title, each.family, value_with_unit(each.density, each.sources["density"].unit)),
-            *(each.eos.kind, each.strength.kind),
+            *(metal.name, metal.title, metal.family),
+            value_with_unit(metal.density, metal.sources["density"].unit),
+            *(metal.eos.kind, metal.strength.kind),
         )
-        for each in materials
+        for metal in listed
     )
     print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
 
@@ -70,17 +64,16 @@ def _show_material(material: "Material") -> None:
     rows = (
         (
             path.replace("yield_stresses.", "yield stress: "),
-            value_with_unit(each.value, each.unit),
-            each.confidence,
-            each.source,
+            value_with_unit(constant.value, constant.unit),
+            *(constant.confidence, constant.source),
         )
-        for path, each in stated
+        for path, constant in stated
     )
     print_table(("constant", "value", "confidence", "source"), rows)
 
 
-def _list_laws(laws: "Iterable[Law]") -> None:
-    rows = ((law.name, law.title, law.quantity, law.use.partition(" (")[0]) for law in laws)
+def _list_laws(listed: "Iterable[Law]") -> None:
+    rows = ((law.name, law.title, law.quantity, law.use.partition(" (")[0]) for law in listed)
     print_table(("name", "title", "quantity", "use"), rows)
 
 
@@ -93,19 +86,21 @@ def _show_law(law: "Law") -> None:
     print(f"  use       {law.use}")
     scatter = "not published" if law.scatter is None else f"{law.scatter:.0%} (relative standard deviation)"
     print(f"  scatter   {scatter}")
-    rows = ((limit_in_words(each), each.source, "yes" if each.machine_checked else "no") for each in law.range.every)
+    rows = (
+        (limit_in_words(limit), limit.source, "yes" if limit.machine_checked else "no") for limit in law.range.every
+    )
     print_table(("range", "source of the limit", "checked"), rows)
 
 
-def _list_scenarios(scenarios: "Iterable[Scenario]") -> None:
-    print_table(("name", "title", "measures"), ((s.name, s.title, ", ".join(s.measurements)) for s in scenarios))
+def _list_scenarios(listed: "Iterable[Scenario]") -> None:
+    print_table(("name", "title", "measures"), ((s.name, s.title, ", ".join(s.measurements)) for s in listed))
 
 
 def _show_scenario(scenario: "Scenario") -> None:
     print(f"{scenario.name}: {scenario.title}\n{scenario.description}")
     print(f"measures: {', '.join(scenario.measurements)}")
     parameters = declared(scenario.parameters).values()
-    rows = ((each.name, _default(each), each.limit(), each.meaning) for each in parameters)
+    rows = ((p.name, _default(p), p.limit(), p.meaning) for p in parameters)
     print_table(("parameter", "default", "allowed", "meaning"), rows)
 
 

@@ -8,18 +8,16 @@ import typer
 
 from service.cli.commands import REQUESTS, Commands
 from service.cli.console import (
+    SHORT_ID,
     print_event,
     print_json,
-    print_points,
     print_queue,
     print_sweep,
     print_sweeps,
+    print_table,
     print_warnings,
 )
 from service.cli.options import (
-    FAILURE,
-    SOME_FAILED,
-    SUCCESS,
     Accuracy,
     EveryColumn,
     Json,
@@ -32,14 +30,16 @@ from service.cli.options import (
     Url,
     client_of,
     document_of,
+    exit_status,
     folder_of,
 )
-from studies.quantities.display import escaped
+from service.client.progress import showing_progress
+from studies.quantities.display import display_of, escaped, with_unit
 from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
-    from service.client.client import SweepHandle, SweepStatus
+    from service.client.client import SweepHandle
 
 app = typer.Typer()
 COMMANDS = Commands("client", REQUESTS, app)
@@ -60,7 +60,6 @@ def submit(
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
-    from service.client.progress import showing_progress
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
@@ -75,7 +74,7 @@ def submit(
             with showing_progress(accepted.name) as show:
                 ended = handle.wait(on_progress=show)
             print_sweep(ended)
-            raise typer.Exit(_exit_status(ended))
+            raise typer.Exit(exit_status(ended))
         print(f"watch it with: whipple status {handle.id} --watch --url {client.url}", file=sys.stderr)
 
 
@@ -117,7 +116,7 @@ def status(
                 print_event(event)
             ended = handle.status()
             print_sweep(ended)
-            raise typer.Exit(_exit_status(ended))
+            raise typer.Exit(exit_status(ended))
 
 
 def _print_runs(handle: "SweepHandle", state: str | None, *, as_json: bool) -> None:
@@ -127,8 +126,28 @@ def _print_runs(handle: "SweepHandle", state: str | None, *, as_json: bool) -> N
     if as_json:
         print_json(list(handle.runs(state)))
         return
-    sweep = Sweep.parse(handle.document(), ACCEPTED)
-    print_points(handle.runs(state), {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)})
+    sweep, points = Sweep.parse(handle.document(), ACCEPTED), list(handle.runs(state))
+    axes = {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
+    # Runs that screen the models have a column of their own in place of the axes.
+    if any("screening" in point["coordinates"] for point in points):
+        axes["screening"] = None
+    rows = (
+        (
+            *(point["run"]["id"][:SHORT_ID], point["state"], str(point["run"]["attempt"])),
+            *(_in_unit(point["coordinates"].get(name), unit) for name, unit in axes.items()),
+            ": ".join(filter(None, (point["run"]["cause"], point["run"]["reason"]))),
+        )
+        for point in points
+    )
+    headings = [with_unit(name, unit) for name, unit in axes.items()]
+    print_table(("run", "state", "attempt", *headings, "failure"), rows)
+
+
+def _in_unit(value: float | str | None, unit: str | None) -> str:
+    """A value in the display unit of its column, with every digit that it has."""
+    if isinstance(value, str) or value is None:
+        return value or ""
+    return f"{value * display_of(unit).factor:.12g}"
 
 
 @app.command()
@@ -241,9 +260,3 @@ def queue(
         else:
             state = client.pause() if pause else client.resume()
     print_json(state) if as_json else print_queue(state)
-
-
-def _exit_status(ended: "SweepStatus") -> int:
-    if ended.state == "failed":
-        return FAILURE
-    return SUCCESS if ended.counts.get("succeeded") == ended.planned else SOME_FAILED

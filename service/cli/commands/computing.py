@@ -4,18 +4,17 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
 
 import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.commands.answering import print_examples
-from service.cli.console import print_cost, print_json, print_warnings
+from service.cli.console import print_json, print_warnings, say
 from service.cli.options import (
-    SOME_FAILED,
-    SUCCESS,
     Accuracy,
     EveryColumn,
     Json,
@@ -26,16 +25,23 @@ from service.cli.options import (
     SweepFile,
     Threads,
     document_of,
+    exit_status,
     folder_of,
     settings_of,
 )
+from service.client.progress import showing_progress
 from solver.errors import WhippleError
+from studies.quantities.display import duration
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
     from service.cli.local import Finished
+    from service.workers.warm import WarmProcess
+    from studies.sweeps.cost import Cost, PresetCost
 
 app = typer.Typer()
 COMMANDS = Commands("computing", LOCAL, app)
@@ -63,8 +69,6 @@ def demo(
 ) -> None:
     """Answer the questions that ship, and compute example sweeps: holes and craters, or those that are named."""
     from service.cli.local import STORE_OF_FOLDER, run_sweeps
-    from service.client.progress import showing_progress
-    from studies.sweeps import examples
 
     begin = time.perf_counter()
     chosen = examples.names() if every_example or (warm and not names) else names or DEMO
@@ -106,7 +110,7 @@ def sweep(
 
         document = document_of(file, law, accuracy)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-        options = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
+        options: RunOptions = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
         status = compute(document, file.stem, folder_of(out), threads, **options)
     raise typer.Exit(status)
 
@@ -150,8 +154,6 @@ def continue_growing(
 @app.command()
 def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
-    from dataclasses import asdict
-
     from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.reading import SweepLimits
@@ -163,13 +165,37 @@ def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) 
     if as_json:
         print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(preset) for preset in presets]})
     else:
-        print_cost(sweep.name, cost, presets)
+        _print_cost(sweep.name, cost, presets)
     print_warnings(sweep)
 
 
-def _compile_kernels(documents: Sequence[Mapping[str, Any]], begin: float) -> None:
+def _print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
+    """The cost of a sweep, as it is and at each accuracy."""
+    from studies.sweeps.accuracy import in_percent
+
+    say(f"{name}: {_cost(cost)}")
+    for preset in presets:
+        text = f"not available: {preset.reason}"
+        if preset.cost and preset.cells:
+            fewest, most = preset.cells
+            cells = f"{fewest:g} cells" if fewest == most else f"{fewest:g} to {most:g} cells"
+            text = f"{cells} across the diameter: {_cost(preset.cost)}"
+        say(f"  accuracy: {in_percent(preset.error)} ({preset.name})".ljust(28) + text)
+
+
+def _cost(cost: "Cost") -> str:
+    time, size = duration(cost.core_seconds), cost.bytes / 1e6
+    memory = f"{cost.memory / 1e6:.0f} MB of memory a run"
+    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
+
+
+def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> None:
     """Compile the kernels of sweeps, with both recipes, before the first run needs them."""
-    thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
+    thesis = [
+        {**document, "fixed": {**fixed, "recipe": "thesis"}}
+        for document in documents
+        if isinstance(fixed := document.get("fixed", {}), Mapping)
+    ]
     # In a child process, because this one never loads the solver.
     child = subprocess.run(
         [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
@@ -180,10 +206,20 @@ def _compile_kernels(documents: Sequence[Mapping[str, Any]], begin: float) -> No
     print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
 
 
-def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | None = None, **options: Any) -> int:
-    """Compute a sweep into a folder with options of ``run_sweep``, print the outcome, and return the exit status."""
+class RunOptions(TypedDict, total=False):
+    """Options of ``service.cli.local.run_sweep``."""
+
+    overwrite: bool
+    keep: str
+    every_column: bool
+    ready: "list[WarmProcess]"
+
+
+def compute(
+    sweep: Mapping[str, Plain], name: str, folder: Path, threads: str | None = None, **options: Unpack[RunOptions]
+) -> int:
+    """Compute a sweep into a folder as ``run_sweep`` does, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
-    from service.client.progress import showing_progress
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
@@ -198,5 +234,4 @@ def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)
     if headline := json.loads((finished.folder / "report.json").read_text("utf-8"))["headline"]:
         print(f"  {headline}", flush=True)
-    has_all = finished.counts["succeeded"] == finished.sweep.planned
-    return SUCCESS if has_all else SOME_FAILED
+    return exit_status(finished.sweep)

@@ -1,8 +1,9 @@
 """Files that other programs show: figures of cubes, and films as moving pictures and for ParaView."""
 
 import math
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -68,29 +69,27 @@ def plot(
         Path | None, typer.Argument(metavar="[CUBE]", help="Another cube, to be drawn beside the first.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
-    format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
+    format: Annotated[
+        Literal["png", "svg", "pdf"], typer.Option(case_sensitive=False, help="Format of the files.")
+    ] = "png",
 ) -> None:
     """Draw the figures of the report of a cube into files; of two cubes, the main figure with both.
 
     Two cubes are compared at the points that both have, in a table that is also written, in SI, as differences.csv.
     """
-    from studies.reports.publish import FORMATS, draw_figures
+    from studies.reports.publish import draw_figures
 
-    formats = [name for name in FORMATS if name == format.lower()]
-    if not formats:
-        raise refusal("--format", format, ", ".join(FORMATS), "write one of these")
-    files = draw_figures(cube, folder_of(out), formats[0]) if other is None else _compared(cube, other, out, formats[0])
-    for file in files:
-        print(file)
+    draw = draw_figures if other is None else partial(_compared, other=other)
+    print(*draw(cube, folder_of(out), format), sep="\n")
 
 
-def _compared(cube: Path, other: Path, out: Path, format: str) -> list[Path]:
+def _compared(cube: Path, folder: Path, format: str, *, other: Path) -> list[Path]:
     """Print the differences of two cubes, and draw both into files."""
     from studies.reports.drawing.two_cubes import draw_two, two_cubes
     from studies.reports.view import title_of
 
     both = two_cubes(cube, other)
-    files = draw_two(both, folder_of(out), format)
+    files = draw_two(both, folder, format)
     if both.others:
         print(f"fixed and not the same: {'; '.join(' / '.join(words) for words in both.others.values())}")
     dataset = both.views[0].dataset

@@ -2,14 +2,15 @@
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands import SERVICE, Commands
-from service.cli.console import SHORT_ID, print_audit, print_json, print_keys
+from service.cli.console import SHORT_ID, moment, print_json, print_table
+from service.cli.offline import open_store, record_command
 from service.cli.options import Data, DatabaseUrl, Json, settings_of
 from studies.quantities.findings import refusal
 
@@ -43,7 +44,6 @@ def create_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
-    from service.cli.offline import open_store, record_command
     from service.records.jobs import Scope
 
     unknown = [word for word in scope or () if word not in list(Scope)]
@@ -51,11 +51,10 @@ def create_key(
         raise refusal("--scope", unknown[0], " or ".join(Scope), "write one of these")
     if not name.strip() or not name.isprintable():
         raise refusal("NAME", name, "a printable name", "write a name")
-    scopes = [Scope(word) for word in scope or ["submit"]]
     until = None if expires is None else datetime.now(UTC) + duration_of("--expires", expires)
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         others = sum(key.name == name.strip() for key in store.keys.all())
-        row, secret = store.keys.issue(name.strip(), scopes, until)
+        row, secret = store.keys.issue(name.strip(), [*map(Scope, scope or ("submit",))], until)
         _print_secret(row, secret)
         if others:
             count = "another key is" if others == 1 else f"{others} other keys are"
@@ -75,38 +74,45 @@ def rotate_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Replace a key by one of the same name, scopes and lifetime, and print its secret once; the old one ends later."""
-    from service.cli.offline import open_store, record_command
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         old = _matching(key, store.keys.all())
         _print_secret(*store.keys.rotate(old, duration_of("--grace", grace)))
         record_command(store, "key rotated", old.id)
 
 
+def _print_keys(rows: "Iterable[KeyRow]", *, file: IO[str] | None = None) -> None:
+    """A table of keys without their secrets."""
+    columns = ("id", "secret", "name", "scopes", "state", "expires (UTC)", "used (UTC)")
+    lines = (
+        (
+            *(key.id[:SHORT_ID], f"{key.prefix}...", key.name, " ".join(sorted(key.scopes))),
+            *("revoked" if key.revoked else "", moment(key.expires) or "never", moment(key.used) or "never"),
+        )
+        for key in rows
+    )
+    print_table(columns, lines, file=file)
+
+
 def _print_secret(row: "KeyRow", secret: str) -> None:
     print(secret)
-    print_keys([row], file=sys.stderr)
+    _print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
 
 
 @keys.command("list")
 def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """List all keys, without their secrets."""
-    from service.cli.offline import open_store
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         rows = store.keys.all()
-    print_json([vars(row) for row in rows]) if as_json else print_keys(rows)
+    print_json([vars(row) for row in rows]) if as_json else _print_keys(rows)
 
 
 @keys.command("revoke")
 def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
-    from service.cli.offline import open_store, record_command
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         revoked = store.keys.revoke(_matching(key, store.keys.all()).id)
-        print_keys([revoked])
+        _print_keys([revoked])
         record_command(store, "key revoked", revoked.id)
 
 
@@ -120,11 +126,19 @@ def audit(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List the orders that the service was given: who, from where, and what came of it; oldest first."""
-    from service.cli.offline import open_store
-
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         entries = store.audit.entries((since or datetime.min).replace(tzinfo=UTC), owner=owner, action=action)
-    print_json([vars(entry) for entry in entries]) if as_json else print_audit(entries)
+    if as_json:
+        print_json([vars(entry) for entry in entries])
+        return
+    rows = (
+        (
+            *(f"{entry.time:%Y-%m-%d %H:%M:%S}", entry.owner, (entry.key_id or "")[:SHORT_ID], entry.address),
+            *(entry.action, entry.subject[:SHORT_ID], entry.outcome),
+        )
+        for entry in entries
+    )
+    print_table(("time (UTC)", "owner", "key", "from", "action", "subject", "outcome"), rows)
 
 
 def duration_of(option: str, text: str) -> timedelta:

@@ -1,6 +1,7 @@
 """A service, and the maintenance of its database and files: checks, backup, retention, measuring again."""
 
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -10,7 +11,8 @@ import typer
 
 from service.cli.commands import SERVICE, Commands
 from service.cli.commands.keys import duration_of
-from service.cli.console import print_backup, print_check, print_expired, print_json, print_plan, print_remeasured
+from service.cli.console import SHORT_ID, moment, print_json, print_table, say
+from service.cli.offline import open_store, record_command, without_services
 from service.cli.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, Threads, settings_of
 from service.memory import importing
 from studies.quantities.findings import refusal
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 COMMANDS = Commands("maintenance", SERVICE, app)
+
+MOST_LINES = 20  # printed lines of a list of results or files
 
 
 @app.command()
@@ -69,7 +73,8 @@ def doctor(
     for check in examine(settings):
         checks.append(check)
         if not as_json:
-            print_check(check)
+            cure = f"\n{'':8} -> {check.cure}" if check.cure else ""
+            say(f"{check.status.upper():<8} {check.name}: {check.detail}{cure}", flush=True)
     if as_json:
         print_json([vars(check) for check in checks])
     errors = sum(check.status is CheckStatus.ERROR for check in checks)
@@ -78,7 +83,6 @@ def doctor(
 
 def _cure(settings: "Settings", forget_lost: int | None, *, adopt: bool, trust_clock: bool) -> None:
     """Change what the store holds about the clock, lost results, or its data directory."""
-    from service.cli.offline import open_store, record_command
     from service.queue import data_identity as identity
 
     with open_store(settings) as store:
@@ -103,12 +107,17 @@ def backup(
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
     from service.cli.backup import back_up
-    from service.cli.offline import open_store
 
     settings = settings_of(data=data)
     with open_store(settings) as store:
         done = back_up(settings, out, store)
-    print_backup(done)
+    say(f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present")
+    if done.removed:
+        say(f"  {done.removed} files were deleted by the service meanwhile and are left out")
+    for path in done.lost[:MOST_LINES]:
+        say(f"  lost or damaged: {path}", file=sys.stderr)
+    if done.lost:
+        say(f"  {len(done.lost)} files are missing; see `whipple doctor`", file=sys.stderr)
     raise typer.Exit(FAILURE if done.lost else SUCCESS)
 
 
@@ -127,7 +136,6 @@ def retention(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
-    from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
     if older_than is None and to_size is None and owner is None:
@@ -144,7 +152,12 @@ def retention(
     if as_json:
         print_json([{**vars(status), "size": expired[id].size} for id, status in statuses.items()])
     else:
-        print_expired([*expired.values()])
+        rows = (
+            (sweep.id[:SHORT_ID], moment(sweep.finished), f"{sweep.size / 1e6:.1f} MB", sweep.owner, sweep.name)
+            for sweep in expired.values()
+        )
+        print_table(("id", "ended (UTC)", "size", "owner", "name"), rows)
+        say(f"{len(expired)} sweeps, {sum(sweep.size for sweep in expired.values()) / 1e6:.1f} MB")
     if not apply:
         print("nothing was deleted: --apply deletes them", file=sys.stderr)
 
@@ -166,14 +179,15 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
-    from service.cli.offline import open_store, record_command, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
     settings = settings_of(data=data, database_url=database_url)
     done: list[Remeasured] = []
     with open_store(settings) as store, nullcontext() if dry_run else without_services(settings, store):
         plan = plan_of(store)
-        print_plan(plan)
+        count, lost = len(plan.measurable), len(plan.without_state)
+        say(f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}")
+        _print_unchanged([(id, "its final state was not kept") for id in plan.without_state])
         if dry_run or not plan.measurable:
             return
         record_command(store, "remeasure")
@@ -181,5 +195,19 @@ def remeasure(
             done.extend(remeasure_runs(settings, store, plan.measurable))
         finally:
             # Also after an interruption.
-            print_remeasured(done, plan.sweeps)
-    raise typer.Exit(SOME_FAILED if any(result.reason for result in done) else SUCCESS)
+            failed = [(result.run_id, result.reason) for result in done if result.reason]
+            say(f"changed: {len(done) - len(failed)} results; unreadable: {len(failed)}")
+            _print_unchanged(failed)
+            marked = {id: plan.sweeps[id] for result in done for id in result.marked}
+            say(f"published again at the next start of the service: {len(marked)} sweeps")
+            for id, name in marked.items():
+                say(f"  {id}  {name}")
+    raise typer.Exit(SOME_FAILED if failed else SUCCESS)
+
+
+def _print_unchanged(results: Sequence[tuple[str, str]]) -> None:
+    """The first results that stay as they are, with the reasons, and the number of the others."""
+    for id, reason in results[:MOST_LINES]:
+        say(f"  {id} is unchanged: {reason}")
+    if len(results) > MOST_LINES:
+        say(f"  ... and {len(results) - MOST_LINES} more")

@@ -19,11 +19,10 @@ from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
 from service.api.routes.sweeps import priced
-from service.pages.browsers import ONCE, idempotency_of
 from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
-from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, SweepForm, asked
+from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, asked
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, page
+from service.pages.rendering import ONCE, SEE_OTHER, idempotency_of, page
 from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
 from service.store import Store
 from studies import materials, scenarios
@@ -40,10 +39,7 @@ PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422
-
-
-# The parameter of a scenario that a field sets.
-NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}
+NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}  # the parameter of a scenario that a field sets
 
 
 @router.get("/new")
@@ -66,8 +62,8 @@ async def show_form(
 ) -> Response:
     """The form, empty or with the values of a preset, a sweep or the address."""
     document = await run_in_threadpool(_beginning, request.app.state.store, scenario, preset, sweep)
-    form = _form(request, scenario, request.query_params, document)
-    return await run_in_threadpool(_form_page, request, caller, await in_child(request, asked, form), {})
+    read = await _asked(request, scenario, request.query_params, document)
+    return await run_in_threadpool(_form_page, request, caller, read, {})
 
 
 def _beginning(store: Store, scenario: str, preset: str | None, sweep: str | None) -> Mapping[str, Plain]:
@@ -81,17 +77,19 @@ def _beginning(store: Store, scenario: str, preset: str | None, sweep: str | Non
     return presets[preset] if preset else {}
 
 
-def _form(
+async def _asked(
     request: Request,
     scenario: str,
     fields: Mapping[str, str],
     document: Mapping[str, Plain] = MappingProxyType({}),
     *,
     is_submitted: bool = False,
-) -> SweepForm:
+) -> AskedSweep:
+    """What a child process says of a form, which begins with a document."""
     known = {*declared(scenarios.load(scenario).parameters), *OF_DOCUMENT}
     written = {name: text for name, text in fields.items() if name in known}
-    return SweepForm(scenario, written, dict(document), is_submitted, request.app.state.settings.max_runs)
+    max_runs = request.app.state.settings.max_runs
+    return await in_child(request, asked, scenario, written, dict(document), is_submitted, max_runs)
 
 
 @router.post("/new/{scenario}", name="submit", dependencies=[Depends(check_token)])
@@ -100,9 +98,8 @@ async def read_form(request: Request, scenario: str, caller: Submitter, fields: 
     refused = Findings()
     options = refused.attempt(_options, fields) or (0, Keep.FINAL)
     is_submitted = fields.get(ORDER) == SUBMIT and not refused
-    form = _form(request, scenario, fields, is_submitted=is_submitted)
     async with submitting(request) if is_submitted else nullcontext():
-        sweep = await in_child(request, asked, form)
+        sweep = await _asked(request, scenario, fields, is_submitted=is_submitted)
         if sweep.expanded is not None:
             once = idempotency_of(fields, sweep.yaml, fields.get("priority"), fields.get("keep"))
             try:

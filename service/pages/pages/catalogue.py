@@ -2,16 +2,17 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import takewhile
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
 from service.pages.computed import drawn_material
-from service.pages.formulas import typeset
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
@@ -51,16 +52,29 @@ def shown(value: float, unit: str | None) -> str:
     return f"{value * display.factor:.12g} {display.unit}".rstrip()
 
 
+@lru_cache(maxsize=512)
+def typeset(text: str) -> Markup:
+    """Text as HTML, what stands between its dollar signs as MathML; raises where LaTeX cannot be read.
+
+    >>> print(typeset("$D$ <= 2 m"))
+    <math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><mi>D</mi></mrow></math> &lt;= 2 m
+    """
+    from latex2mathml.converter import convert  # here, because it takes 0.08 s, and most processes show no page
+
+    parts = enumerate(text.split("$"))
+    return Markup("").join(Markup(convert(part)) if place % 2 else escape(part) for place, part in parts)
+
+
 @router.get("/scenarios")
 def show_scenarios(request: Request, caller: Reader) -> Response:
     """Every scenario with its parameters and what it measures."""
     listed = [scenarios.load(name) for name in scenarios.names()]
-    titles = {name: measurements.load(name).title for each in listed for name in each.measurements}
+    titles = {name: measurements.load(name).title for scenario in listed for name in scenario.measurements}
     return page(
         request,
         "scenarios.html",
         caller,
-        scenarios=[(each, declared(each.parameters).values()) for each in listed],
+        scenarios=[(scenario, declared(scenario.parameters).values()) for scenario in listed],
         titles=titles,
         shown=shown,
     )
@@ -155,7 +169,7 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(each.name, each.address, each.remark, each.count()) for each in further_tables()]
+    tables = [(table.name, table.address, table.remark, table.count()) for table in further_tables()]
     for name in observations.names():
         tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
     return page(request, "shots.html", caller, tables=tables)
@@ -163,11 +177,8 @@ def show_tables(request: Request, caller: Reader) -> Response:
 
 def _remark(table: str) -> str:
     """The remarks before a table, which say what it is."""
-    lines = observations.text(table).splitlines()
-    return " ".join(
-        line.removeprefix("#").strip()
-        for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))]
-    )
+    lines = takewhile(lambda line: line.startswith("#"), observations.text(table).splitlines())
+    return " ".join(line.removeprefix("#").strip() for line in lines)
 
 
 @router.get("/shots/{table}")

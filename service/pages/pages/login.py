@@ -9,9 +9,8 @@ from service.api.access import Caller, key_of, known_caller
 from service.api.browsers import SESSION, FormFields, check_token, cookie
 from service.api.dependencies import AppStore
 from service.api.errors import Unauthorized, problem_response
-from service.pages.browsers import set_cookie
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, page
+from service.pages.rendering import SEE_OTHER, page, set_cookie
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 PAGE = PageRoutes("login", 90, router, is_open=True)

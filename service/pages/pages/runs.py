@@ -20,7 +20,7 @@ from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart, ChartLine
-from service.pages.computed import SingleRun, alone
+from service.pages.computed import alone
 from service.pages.grid import in_words, quantities_of, value_of
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
@@ -31,7 +31,7 @@ from studies import measurements, scenarios
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
-from studies.quantities.parameters import Value, declared
+from studies.quantities.parameters import Plain, Value, declared
 from studies.sweeps.reading import RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -118,22 +118,23 @@ async def show_history(request: Request, name: str, histories: Histories) -> Res
 @router.post("/runs/{id}/film", name="submit", dependencies=[Depends(check_token)])
 async def compute_film(request: Request, id: RunId, _: Submitter, store: AppStore, settings: AppSettings) -> Response:
     """Compute a run again that kept no film, for a sweep of it alone that keeps one; its page shows it then."""
-    run = await run_in_threadpool(_single, id, store, settings.max_runs)
+    place, document = await run_in_threadpool(_place, id, store)
+    title = f"{FILM_OF}{place.title.removeprefix(FILM_OF)}"[:200]
     async with submitting(request):
-        sweep = await in_child(request, alone, run)
+        sweep = await in_child(request, alone, id, document, place.coordinates, title, settings.max_runs)
         if await run_in_threadpool(lambda: _lacks_film(store.runs.get(id), store.runs.files(id))):
             await submit(request, sweep, keep=Keep.FILM)
     return RedirectResponse(f"/runs/{id}", SEE_OTHER)
 
 
-def _single(id: str, store: Store, max_runs: int) -> SingleRun:
-    """A run in the youngest of its sweeps; raises NotFound, Conflict."""
-    run, places = store.runs.get(id), store.runs.places(id, MOST_PLACES)
-    place = next((place for place in places if "screening" not in place.coordinates), None)
+def _place(id: str, store: Store) -> tuple[RunPlace, Mapping[str, Plain]]:
+    """The place of a run in the youngest of its sweeps, and the document of that; raises NotFound, Conflict."""
+    store.runs.get(id)
+    places = (place for place in store.runs.places(id, MOST_PLACES) if "screening" not in place.coordinates)
+    place = next(places, None)
     if place is None:
         raise Conflict("no sweep has this run at a point of its axes any more; submit one that does")
-    title = f"{FILM_OF}{place.title.removeprefix(FILM_OF)}"[:200]
-    return SingleRun(run.id, store.sweeps.document(place.sweep_id), place.coordinates, title, max_runs)
+    return place, store.sweeps.document(place.sweep_id)
 
 
 def _lacks_film(run: RunRow, files: Iterable[Stored]) -> bool:

@@ -28,13 +28,12 @@ from service.api.downloads import bring_back
 from service.api.routes import sweeps
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
-from service.pages.browsers import idempotency_of
 from service.pages.charts import Chart
-from service.pages.computed import FurtherValues, longer
-from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
+from service.pages.computed import longer
+from service.pages.grid import GridSheet, chart_of, quantities_of, sheet_of, shown_cells
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, drawn, page
+from service.pages.rendering import SEE_OTHER, drawn, idempotency_of, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.quantities.files import REPORT_JSON
@@ -63,23 +62,18 @@ def show_sweeps(
         text=q.strip(), state=SweepState(state) if state else None, owner=caller.name if own else None, cursor=cursor
     )
     found = front.sweeps
-    asked = {"q": q, "state": str(state), "own": "true" if own else ""}
+    asked = {name: text for name, text in (("q", q), ("state", str(state)), ("own", "true" * own)) if text}
     return page(
         request,
         "sweeps.html",
         caller,
         sweeps=[SweepModel.of(row, front.files[row.id]) for row in found.items],
-        older=urlencode({**_given(asked), "cursor": found.next_cursor}) if found.next_cursor else None,
+        older=urlencode({**asked, "cursor": found.next_cursor}) if found.next_cursor else None,
         asked=asked,
-        is_narrowed=bool(_given(asked)),
         states=list(SweepState),
         queue=front,
         events="/v1/queue/events",
     )
-
-
-def _given(asked: dict[str, str]) -> dict[str, str]:
-    return {name: value for name, value in asked.items() if value}
 
 
 @dataclass(frozen=True)
@@ -111,10 +105,10 @@ def _shown(
 ) -> ShownSweep:
     status, names = store.sweeps.get_with_files(id)
     document = store.sweeps.document(id)
-    shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
+    shown = sheet_of(document, status.planned, sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
-    ordinals = [*shown.beside, *(ordinal for each in shown.ordinals for ordinal in each)]
+    ordinals = [*shown.beside, *(ordinal for row in shown.ordinals for ordinal in row)]
     return ShownSweep(status, names, document, shown, name, store.sweeps.cells(id, ordinals, name))
 
 
@@ -145,7 +139,6 @@ def show_sweep(
     """A sweep with its grid of runs, its report, and what the caller may do with it."""
     status, names = shown.status, shown.files
     sweep = SweepModel.of(status, names)
-    quantities = quantities_of(status.scenario)
     return page(
         request,
         "sweep.html",
@@ -157,11 +150,11 @@ def show_sweep(
         sheet=shown.sheet,
         cells=shown_cells(shown.cells, measurements.load(shown.quantity), status.scenario),
         quantity=measurements.load(shown.quantity),
-        quantities=[measurements.load(each) for each in quantities],
+        quantities=[measurements.load(name) for name in quantities_of(status.scenario)],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
         note=note.of_sweep(shown.document) if (note := note_on(shown.quantity)) else "",
         once=secrets.token_urlsafe(),
-        may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
+        may_add=bool(shown.sheet.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
         events=None if status.is_terminal else sweep.links["events"],
     )
@@ -185,11 +178,11 @@ async def add_values(
     """Submit a sweep with further values on an axis, and show it; what was computed is not computed again."""
     status, document = await run_in_threadpool(lambda: (store.sweeps.get(id), store.sweeps.document(id)))
     axis, values = form.get("axis", ""), form.get("values", "")
-    further = FurtherValues(document, axis, values, settings.max_runs)
     once = idempotency_of(form, id, axis, values)
     priority = status.priority if caller.may(Scope.ADMIN) else max(status.priority, USUAL_PRIORITIES[0])
     async with submitting(request):
-        stored = await submit(request, await in_child(request, longer, further), priority, status.keep, once)
+        sweep = await in_child(request, longer, document, axis, values, settings.max_runs)
+        stored = await submit(request, sweep, priority, status.keep, once)
     return RedirectResponse(f"/sweeps/{stored.id}", SEE_OTHER)
 
 

@@ -12,7 +12,7 @@ from fastapi.testclient import TestClient
 
 from service import logs
 from service.api import access
-from service.api.access import WrongKeys
+from service.api.access import MinuteCounter, network_of
 from service.api.browsers import SAFE_METHODS
 from service.api.middleware import READS
 from service.records.jobs import AuditEntry, Scope
@@ -100,14 +100,15 @@ def test_wrong_keys__are_slowed_down_by_address(api: Api, compared: Compared) ->
 
 
 def test_wrong_keys__are_counted_by_the_minute_and_network_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock, wrong_keys = SimpleNamespace(monotonic=lambda: 0.0), WrongKeys()
+    clock, counter = SimpleNamespace(monotonic=lambda: 0.0), MinuteCounter()
     monkeypatch.setattr(access, "time", clock)
-    assert [wrong_keys.count(f"2001:db8::{host}") for host in range(11)] == [0.0] * 10 + [60.0]
+    assert [counter.count(network_of(f"2001:db8::{host}")) for host in range(11)] == [(n, 60) for n in range(1, 12)]
     for number in range(1, access.MOST_NAMES):
-        wrong_keys.count(f"10.0.{number // 256}.{number % 256}")
-    assert [wrong_keys.count(f"192.0.2.{host}") for host in range(11)] == [0.0] * 10 + [60.0]  # counted together
+        counter.count(network_of(f"10.0.{number // 256}.{number % 256}"))
+    together = [counter.count(network_of(f"192.0.2.{host}")) for host in range(3)]
+    assert together == [(1, 60), (2, 60), (3, 60)]
     clock.monotonic = lambda: 60.0
-    assert wrong_keys.count("2001:db8::1") == 0.0
+    assert counter.count(network_of("2001:db8::1")) == (1, 60)
 
 
 @pytest.mark.claim("doors", "audit")

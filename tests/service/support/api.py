@@ -105,8 +105,8 @@ class ReadersHere(Readers):
     async def slot(self, key: str) -> AsyncIterator[None]:
         yield
 
-    async def run(self, call: Callable[[Given], Made], given: Given) -> Made:
-        return call(given)
+    async def run(self, call: Callable[[*Given], Made], *given: *Given) -> Made:
+        return call(*given)
 
 
 class SameFile(Conversions):

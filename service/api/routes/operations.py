@@ -1,0 +1,68 @@
+"""What an operator looks at: liveness, readiness, version, metrics, and the queue as a whole."""
+
+import platform
+
+from fastapi import APIRouter, Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from service import version
+from service.api.access import Administrator
+from service.api.dependencies import AppReadiness, AppStore
+from service.api.metrics import CONTENT_TYPE, Metrics
+from service.api.routes import Routes
+from service.api.schemas import Health, QueueModel, Readiness, VersionModel
+from service.api.turns import in_waiting_thread
+from studies.runs.run import PHYSICS_VERSION
+
+router = APIRouter(tags=["operations"])
+guarded_router = APIRouter(tags=["operations"])
+ROUTES = Routes("operations", 0, open=(router,), guarded=(guarded_router,))
+
+
+@router.get("/livez")
+async def show_liveness() -> Health:
+    """The process responds."""
+    return Health(status="alive")
+
+
+@router.get("/readyz")
+async def show_readiness(readiness: AppReadiness) -> Readiness:
+    """The database and the data directory are writable, and the queue has a leader with workers."""
+    return await readiness.awaited()
+
+
+@router.get("/version")
+def show_version() -> VersionModel:
+    """Versions of the service, its physics and Python."""
+    return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
+
+
+@guarded_router.get(
+    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+)
+async def show_metrics(request: Request) -> Response:
+    """Metrics for Prometheus: runs by state, queue, attempts, requests."""
+    metrics: Metrics = request.app.state.metrics
+    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)
+
+
+@guarded_router.get("/v1/queue")
+async def show_queue(request: Request, store: AppStore, readiness: AppReadiness) -> QueueModel:
+    """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
+
+    Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
+    """
+    problem = await in_waiting_thread(request, readiness.problem)
+    return QueueModel.of(await run_in_threadpool(store.queue.status), None if problem is None else str(problem))
+
+
+@guarded_router.post("/v1/queue/pause")
+def pause_queue(caller: Administrator, store: AppStore) -> QueueModel:
+    """Stop starting runs. Running runs continue, finished sweeps are published, new sweeps are accepted."""
+    return QueueModel.of(store.queue.pause())
+
+
+@guarded_router.post("/v1/queue/resume")
+def resume_queue(caller: Administrator, store: AppStore) -> QueueModel:
+    """Start runs again."""
+    return QueueModel.of(store.queue.resume())
