@@ -63,18 +63,18 @@ def build(sweep: Any, results: Results, catalogue: Catalogue | None = None, run_
     With the ids of all runs, in the order of ``Sweep.runs``, only those that have ended are read.
     """
     catalogue = catalogue or catalogue_of(sweep)
-    if sweep.searched:
+    if sweep.search:
         return _of_search(sweep, results, catalogue)
     return _built(sweep, results, catalogue, [], run_ids)
 
 
 def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset:
     """The cube of the values that a search tried, with the limits; the attribute ``search`` is its document."""
-    axis = sweep.searched
-    quantity = axis.search.quantity
+    search = sweep.search
+    quantity = search.quantity
     searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id, MISSING), quantity))
-    about = {"limit_of": quantity, "axis": variable_name(axis.name)}
-    columns = limits.columns_of(searched, catalogue.parameters[axis.name], catalogue.parameters, about)
+    about = {"limit_of": quantity, "axis": variable_name(search.axis)}
+    columns = limits.columns_of(searched, catalogue.parameters[search.axis], catalogue.parameters, about)
     dataset = _built(sweep.tried(searched), results, catalogue, columns)
     document = json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True)
     return dataset.assign_attrs(search=document)

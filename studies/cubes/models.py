@@ -128,16 +128,16 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
     """
     if not cell.is_resolved:
         return ModelPart(None, "")
-    scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
+    scenario, target = cell.run.scenario, cell.run.materials.get("target")
     alike = [
         each
         for each in classes()
-        if (each["scenario"], each["family"]) == (scenario, target.get("family")) and quantity in each["quantities"]
+        if (each["scenario"], each["family"]) == (scenario, target and target.family) and quantity in each["quantities"]
     ]
     if not alike:
-        metal = target.get("name", "no target")
+        metal = target.name if target else "no target"
         return _part(cell, quantity, {}, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
-    alike.sort(key=lambda each: bool(each["alloy"] != target.get("alloy")))  # its own alloy first
+    alike.sort(key=lambda each: bool(each["alloy"] != (target and target.alloy)))  # its own alloy first
     parameters, entry = cell.run.parameters, alike[0]
     shares: dict[str, float] = {}
     failures: dict[str, float] = {}
@@ -154,7 +154,7 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
     cells = f"{entry['parameters']['cells_per_diameter']:g} cells a diameter"
     metal = ", ".join([entry["material"], *borrowed])
     source = f"stored: {metal} at {plate}{speeds}, {cells}, physics {entry['physics']}, {entry['command']}"
-    alloy = "" if entry["alloy"] == target.get("alloy") else str(entry["alloy"])
+    alloy = "" if entry["alloy"] == (target and target.alloy) else str(entry["alloy"])
     return replace(_part(cell, quantity, shares, failures, source), distance=_distance(parameters, entry), alloy=alloy)
 
 

@@ -16,9 +16,9 @@ def by_present_ids(sweep: Any, results: Results, places: PointsOfRuns) -> Result
     The values that a search tried follow from the results, a step at a time.
     """
     known = {frozenset(coordinates.items()): results[id] for coordinates, id in places if id in results}
-    if not sweep.searched:
+    if not sweep.search:
         return {**results, **_at_points(sweep.every_run(), known)}
-    quantity = sweep.searched.search.quantity
+    quantity = sweep.search.quantity
     more: Mapping[str, RunResult] = results
     while more:
         results = {**results, **more}

@@ -37,7 +37,7 @@ from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomic
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import RunObserver
 from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult, with_mesh_errors
-from studies.runs.run import Run, materials_of
+from studies.runs.run import Run
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
@@ -120,7 +120,7 @@ def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *,
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
     frames = film_of(run, setting) if film else None
-    return RunObserver(scenario, scenario.record(run.parameters), setting, report, frames)
+    return RunObserver(scenario, run.set_up, setting, report, frames)
 
 
 def film_of(run: Run, setting: Setting) -> Film:
@@ -194,7 +194,6 @@ def _mark(observer: RunObserver) -> Fingerprint:
 
 def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, restart: _Restart) -> list[Outcome]:
     """The outcomes of the stages of a run, each of which follows from the end of the one before."""
-    materials = materials_of(run)
     outcomes: list[Outcome] = []
     following: Setting | None = observer.setting
     while following is not None:
@@ -205,7 +204,7 @@ def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, r
         outcome = restart.read(observer, number) if number < observer.parameters.stages else None
         outcomes.append(outcome or _stage(observer, threads, restart))
         observer.steps_before += outcomes[-1].snapshot.step
-        following = observer.parameters.next_stage(setting, outcomes[-1], materials)
+        following = observer.parameters.next_stage(setting, outcomes[-1], run.materials)
         if following is not None and outcome is None:
             restart.write(observer, number, outcomes[-1])
     return outcomes

@@ -9,8 +9,7 @@ from solver.audit import Audit, BodyBalance, Books, Ledger, Totals
 from solver.checkpoints import Carried
 from solver.simulation import Counters, Outcome
 from solver.state import Departed, Particles, Snapshot
-from studies import scenarios
-from studies.runs.run import Run, materials_of
+from studies.runs.run import Run
 from studies.scenarios import Setting
 
 EARLIER_STAGE = "stage_{}_"  # in a stored final state, before the names of the arrays of an earlier stage
@@ -19,10 +18,9 @@ MOMENTA = ("start", "ledger")  # of the books: records with a momentum
 
 def setting_of(run: Run, ended: Sequence[Outcome] = ()) -> Setting:
     """The problem of a run after some stages have ended, with the sizes that its observer reads."""
-    parameters, materials = scenarios.load(run.scenario).record(run.parameters), materials_of(run)
-    setting = parameters.build(materials)
+    setting = run.set_up.build(run.materials)
     for outcome in ended:
-        following = parameters.next_stage(setting, outcome, materials)
+        following = run.set_up.next_stage(setting, outcome, run.materials)
         assert following is not None
         setting = following
     return setting

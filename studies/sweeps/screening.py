@@ -15,7 +15,8 @@ from studies import materials as shipped
 from studies.materials import Material
 from studies.materials.schema import OPTIONAL
 from studies.quantities.findings import InvalidInput
-from studies.runs.run import Run, materials_of, resolve
+from studies.quantities.parameters import Value
+from studies.runs.run import Run, resolve
 
 # Relative standard deviation of the strength that sources state for one metal. Yield stress of Al 6061-T6: 276 MPa
 # (pyBLOSSUM), 290 MPa (Steinberg 1996), 324 MPa (Lesuer 2001): 8 %. Flow stress of annealed copper at a plastic strain
@@ -45,7 +46,7 @@ class Screen:
 
 def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
     """Every change of a run; ``own`` are materials of its sweep: draws of a calibration, say."""
-    materials = materials_of(run)
+    materials = run.materials
     for name, factor in ((STRONGER, 1.0 + STRENGTH_DEVIATION), (WEAKER, 1.0 - STRENGTH_DEVIATION)):
         yield _screen(run, name, {role: _scaled(material, factor) for role, material in materials.items()}, {})
     # Other sources and other tempers of the same alloys that ship, and the sweep's own.
@@ -54,8 +55,8 @@ def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
             yield _exchanged(run, kind, materials, alternative)
     yield from _of_other_failure(run, materials)
     others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
-    for each in others:
-        yield _exchanged(run, EOS, materials, each)
+    for other in others:
+        yield _exchanged(run, EOS, materials, other)
     if not others:
         names = ", ".join(material.name for material in _each_once(materials))
         yield Screen(EOS, None, f"no material has the strength of {names} and another form")
@@ -94,7 +95,7 @@ def thrown_out() -> Mapping[str, str]:
     return {failure: why for failure, why in reasons.items() if why}
 
 
-def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]) -> Screen:
+def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, Value]) -> Screen:
     try:
         changed = resolve(run.scenario, {**run.parameters, **changes}, materials)
     except InvalidInput as error:

@@ -82,7 +82,7 @@ def list_scenarios() -> Items[ScenarioModel]:
 @written_once("/materials", CatalogueModel)
 def list_materials() -> CatalogueModel:
     """Every material that ships, each number with unit, source and confidence."""
-    return CatalogueModel(items=[materials.load(name).document() for name in materials.names()])
+    return CatalogueModel.model_validate({"items": [materials.load(name).document() for name in materials.names()]})
 
 
 @written_once("/laws", CatalogueModel)
