@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from solver import PHYSICS_VERSION
 from studies.quantities.measured import BY_ONE_GRID, MESH, OF_MESH, Measured, numerical_parts
@@ -152,6 +152,16 @@ def scale_terms(grid: MeshGrid) -> dict[str, float]:
     return {"always": 1.0, "through": grid.through**-THROUGH_ORDER, "across": grid.across**-ACROSS_ORDER}
 
 
+class PlainExperience(TypedDict):
+    """An ``Experience`` as JSON has it; an infinite end is None."""
+
+    bias: Mapping[str, float]
+    scale: Mapping[str, float]
+    in_space: float | None
+    independent: bool
+    domain: Mapping[str, Sequence[float | None]]
+
+
 @dataclass(frozen=True)
 class Experience:
     """Model and domain of the mesh error of a quantity."""
@@ -160,16 +170,16 @@ class Experience:
     domain: Domain
 
     @staticmethod
-    def from_json(plain: Mapping[str, Any]) -> "Experience":
+    def from_json(plain: "PlainExperience") -> "Experience":
         """The experience that ``as_json`` wrote."""
         domain = {name: (_end(low), _end(high)) for name, (low, high) in plain["domain"].items()}
         model = MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"])
         return Experience(model, Domain(**domain))
 
-    def as_json(self) -> dict[str, Any]:
-        """As plain objects, an infinite end as None."""
-        ends = {name: [None if math.isinf(end) else end for end in each] for name, each in vars(self.domain).items()}
-        return {**vars(self.model), "domain": ends}
+    def as_json(self) -> "PlainExperience":
+        """As plain objects."""
+        ends = {name: [None if math.isinf(end) else end for end in pair] for name, pair in vars(self.domain).items()}
+        return {**vars(self.model), "domain": ends}  # type: ignore[typeddict-item]
 
 
 def _end(plain: float | None) -> float:
@@ -208,7 +218,7 @@ def cells_for(bar: float, grids: Iterable[MeshGrid]) -> float | None:
     ``grids`` are those of a run, one for each measurement; None where the error of one of them is unknown on any.
     """
     fewest = [_cells(bar, grid) for grid in grids]
-    return None if not fewest or None in fewest else max(each for each in fewest if each is not None)
+    return None if not fewest or None in fewest else max(cells for cells in fewest if cells is not None)
 
 
 def _cells(bar: float, grid: MeshGrid) -> float | None:

@@ -5,22 +5,21 @@ The runs of a search stand along ``run``, each with the value that it tried, as 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from studies.cubes.variable import Variable
+from studies.cubes.variable import Column, Variable
 from studies.cubes.variables import parameter_variable
-from studies.quantities.parameters import Parameter
+from studies.quantities.parameters import Parameter, Value
 from studies.runs.results import RunResult
-from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, outcome_in
+from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, decided
 
 SEARCH = "search"
 VERDICTS = tuple(SearchVerdict)
 # States of a run that may have a result later.
 UNFINISHED = ("cancelled", "running", "pending", "missing")
 
-Searched = Sequence[tuple[Mapping[str, Any], SearchedLimit]]  # by the values of the other axes
+Searched = Sequence[tuple[Mapping[str, Value], SearchedLimit]]  # by the values of the other axes
 
 # A record is a ``SearchedLimit``; numbers have the unit of the axis.
 LIMIT = Variable(
@@ -78,18 +77,17 @@ def outcome_of(result: RunResult, quantity: str) -> LimitOutcome | str:
     """The outcome of a run by its result, or its state where it has not ended."""
     if result.state in UNFINISHED:
         return "unfinished"
-    measured = result.measurements.items()
-    plain = {name: {"value": each.value, "flags": each.flags} for name, each in measured if name == quantity}
-    return outcome_in({"measurements": plain} if result.state == "succeeded" else None, quantity)
+    measured = result.measurements.get(quantity) if result.state == "succeeded" else None
+    return decided(measured.value, measured.flags) if measured else None
 
 
 def columns_of(
     limits: Searched, axis: Parameter, parameters: Mapping[str, Parameter], about: Mapping[str, str]
-) -> list[tuple[Variable, np.ndarray, Mapping[str, Any]]]:
+) -> list[Column]:
     """The variables of limits of an axis with their values; ``about`` are attributes of the limit itself."""
     records = np.empty(len(limits), object)
     records[:] = [limit for _, limit in limits]
-    columns: list[tuple[Variable, np.ndarray, Mapping[str, Any]]] = []
+    columns: list[Column] = []
     for name in limits[0][0]:
         variable = parameter_variable(parameters[name], (SEARCH,))
         values = np.array([at[name] for at, _ in limits], object)

@@ -6,7 +6,6 @@ A cube without refinements is its own points. Laws, observations and figures loo
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +15,7 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.variable import Variable
 from studies.quantities.measured import MESH, NOT_COMPARED
+from studies.quantities.parameters import Value
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 SAME = 1e-9  # relative: values of an axis that differ by less are the same value written twice
@@ -58,12 +58,13 @@ def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
     return reading.by_run(dataset, dataset.variables[name]).ravel()
 
 
-def plain(value: Any) -> float | str:
+def plain(value: Value) -> float | str:
     """A coordinate's value as a float or a text of Python's own."""
+    assert value is not None
     return str(value) if isinstance(value, str) else float(value)
 
 
-def is_same(value: Any, other: Any, within: float = SAME) -> bool:
+def is_same(value: float | str, other: float | str, within: float = SAME) -> bool:
     """Whether two values of an axis are one: equal texts, or numbers that differ by no more than this share."""
     if isinstance(value, str) or isinstance(other, str):
         return bool(value == other)

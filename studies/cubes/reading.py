@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,8 @@ from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
 from studies.quantities.measured import ERROR_UNKNOWN
 
+Item = TypeVar("Item")
+
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
@@ -30,7 +32,7 @@ def critical_of(dataset: xr.Dataset) -> list[str]:
     return [name for name in critical().values() if LAW_LABEL.is_in(dataset, name)]
 
 
-def finite(value: Any) -> Any:
+def finite(value: Item) -> Item | None:
     """A value as JSON has it: None in place of a number that is none."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 

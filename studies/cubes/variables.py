@@ -77,7 +77,7 @@ def observed_parameter(parameter: Parameter) -> Variable:
 _text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
 _number_of_run = partial(Variable, dims=RUNS, group="run")
 
-RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.run.id)
+RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
 STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
@@ -451,7 +451,7 @@ def _bounds(name: str, meaning: str, symbol: str, unit: str) -> tuple[Variable, 
         Variable(
             f"{{quantity}}_law_{name}_{bound}",
             f"{bound} bound of the {meaning} that a source of the law states; NaN: none",
-            lambda choice, place=place: choice.law.range.bounds(symbol)[place],  # type: ignore[misc]
+            lambda choice, place=place: choice.law.range.bounds(symbol)[place],
             (LAW,),
             unit,
             label=f"{meaning}, {bound} bound of the law",
@@ -521,7 +521,7 @@ OBSERVED_BOUNDS = tuple(
     _of_shot(
         f"{{quantity}}_observed_{bound}",
         f"{bound} bound of {{quantity}} where a range alone is published",
-        lambda shot, place=place: shot.bounds and shot.bounds[place],  # type: ignore[misc]
+        lambda shot, place=place: shot.bounds and shot.bounds[place],
         unit="{unit}",
         label=f"{{words}}, {bound} bound",
     )

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from solver.errors import WhippleError
 from solver.jit import software
 from solver.problem import Problem
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
-from solver.state import MASS
+from solver.state import MASS, Snapshot
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
@@ -36,7 +35,15 @@ from studies.measurements import distributions
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import RunObserver
-from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult, with_mesh_errors
+from studies.runs.results import (
+    NO_CONTROL,
+    OTHER_PHYSICS,
+    Progress,
+    ReadDistribution,
+    RunControl,
+    RunResult,
+    with_mesh_errors,
+)
 from studies.runs.run import Run
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
@@ -288,13 +295,13 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
     )
 
 
-def _distributions(observer: RunObserver) -> dict[str, Any]:
+def _distributions(observer: RunObserver) -> dict[str, ReadDistribution]:
     """The distributions of the scenario, read off the last state."""
     read = [distributions.load(name) for name in observer.scenario.distributions]
     return {one.name: {"version": one.version, "values": one.read(observer.last_view).tolist()} for one in read}
 
 
-def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
+def _histories(setting: Setting, outcome: Outcome) -> dict[str, Sequence[object]]:
     """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies."""
     whole, audits = 2.0 * math.pi / setting.sector, outcome.history
 
@@ -353,7 +360,7 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
     }
 
 
-def molten_fraction(problem: Problem, snapshot: Any) -> float:
+def molten_fraction(problem: Problem, snapshot: Snapshot) -> float:
     """Molten mass once all has expanded to no pressure, over that of the last stage; the departed fly as they left."""
     from solver.matter.melting import melted_mass, residual_energy
 

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from solver.audit import Audit, BodyBalance, Books, Ledger, Totals
 from solver.checkpoints import Carried
@@ -11,6 +11,9 @@ from solver.simulation import Counters, Outcome
 from solver.state import Departed, Particles, Snapshot
 from studies.runs.run import Run
 from studies.scenarios import Setting
+
+if TYPE_CHECKING:
+    from numpy.lib.npyio import NpzFile
 
 EARLIER_STAGE = "stage_{}_"  # in a stored final state, before the names of the arrays of an earlier stage
 MOMENTA = ("start", "ledger")  # of the books: records with a momentum
@@ -83,7 +86,7 @@ def outcome_of(carried: Carried) -> Outcome:
     )
 
 
-def earlier_stages(saved: Any) -> list[Outcome]:
+def earlier_stages(saved: "NpzFile") -> list[Outcome]:
     """The ends of the earlier stages in a stored final state (``numpy.load``)."""
     outcomes: list[Outcome] = []
     while (prefix := EARLIER_STAGE.format(len(outcomes) + 1)) in saved:

@@ -71,19 +71,21 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
     """
     differences = {name: abs(value - base) / abs(base) for name, value in answers.items()}
     draws = [differences.pop(name) for name in answers if name.startswith(DRAWN)]
-    each = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
+    sizes = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
     if draws:
-        each[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
-    return {kind: max(sizes) for kind, sizes in each.items() if sizes}
+        sizes[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
+    return {kind: max(of_kind) for kind, of_kind in sizes.items() if of_kind}
 
 
-def failures_of(base: float, answers: Mapping[str, float], own: str | None, of: str | None) -> dict[str, float]:
+def failures_of(base: float, answers: Mapping[str, float], own: Value, of: Value) -> dict[str, float]:
     """Relative differences of the answer with each other failure from that with one of them (``of``).
 
     ``own`` is the failure of the base. Empty where there is no answer with the failure that is asked for.
     """
-    by_failure: dict[str | None, float] = {own: base}
-    by_failure |= {name.removeprefix(f"{FAILURE} "): each for name, each in answers.items() if name.startswith(FAILURE)}
+    by_failure: dict[Value, float] = {own: base}
+    by_failure |= {
+        name.removeprefix(f"{FAILURE} "): value for name, value in answers.items() if name.startswith(FAILURE)
+    }
     mine = by_failure.pop(of, None)
     return {str(name): value / mine - 1.0 for name, value in by_failure.items()} if mine else {}
 

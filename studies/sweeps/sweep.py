@@ -56,14 +56,6 @@ class Point:
     run: Run
 
 
-@dataclass(frozen=True)
-class UnfinishedPoint:
-    """The place of a run of a sweep that is not computed."""
-
-    index: tuple[int, ...]
-    coordinates: Mapping[str, Value]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
     """A checked sweep: every value in SI, at 12 significant digits."""
@@ -218,13 +210,10 @@ class Sweep:
                 replace(finding, value=f"{finding.value} (at {place})") for finding, place in findings.items()
             )
 
-    def computed_runs(self, is_computed: Sequence[bool]) -> Iterator[Point | UnfinishedPoint]:
-        """All points in the order of ``runs``; those that are not computed have no run, which would cost most time."""
+    def computed_runs(self, is_computed: Sequence[bool]) -> Iterator[tuple[Place, Run | None]]:
+        """All places in the order of ``runs``; those that are not computed have no run, which would cost most time."""
         for number, (index, coordinates) in enumerate(self._places()):
-            if is_computed[number]:
-                yield Point(index, coordinates, self._run(coordinates))
-            else:
-                yield UnfinishedPoint(index, coordinates)
+            yield (index, coordinates), self._run(coordinates) if is_computed[number] else None
 
     def coordinates(self) -> list[dict[str, Value]]:
         """The values of the axes at each point, before it is refined; SI, by axis name."""
@@ -274,12 +263,12 @@ class Sweep:
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""
         for _, coordinates in self._points():
-            shot = self._shot(coordinates)
+            shot = self.shot_at(coordinates)
             if shot is not None:
                 yield shot
 
-    def _shot(self, coordinates: Mapping[str, Value]) -> "Shot | None":
-        """The shot of a point; None where the scenario describes none."""
+    def shot_at(self, coordinates: Mapping[str, Value]) -> "Shot | None":
+        """The shot with some values beside the fixed ones; None where the scenario describes none."""
         from studies.laws import shot_from
 
         defaults = declared(self.definition.parameters)
@@ -380,7 +369,7 @@ class Sweep:
         if search is None or search.until is None:
             return None
         guide = guide_of(search.quantity, search.axis)
-        shot = guide and self._shot({**at, search.axis: search.start()[0]})
+        shot = guide and self.shot_at({**at, search.axis: search.start()[0]})
         return guide.chance(shot) if guide and shot else None
 
     def _run(self, coordinates: Mapping[str, Value]) -> Run:
