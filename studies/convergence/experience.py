@@ -192,7 +192,7 @@ def stored() -> Mapping[str, Experience]:
     plain = json.loads(STORED.read_text(encoding="utf-8"))
     if plain["physics"] != PHYSICS_VERSION:
         return {}
-    return {name: Experience.from_json(each) for name, each in plain["quantities"].items()}
+    return {name: Experience.from_json(one) for name, one in plain["quantities"].items()}
 
 
 def mesh_error(grid: MeshGrid | None) -> MeshError | None:
@@ -247,13 +247,13 @@ def combined(grids: Sequence[tuple[float, MeshError]]) -> Combined:
     values = [error.corrected(value) for value, error in grids]
     weights = [error.scale**-2 for _, error in grids]
     total = math.fsum(weights)
-    value = math.fsum(weight * each for weight, each in zip(weights, values, strict=True)) / total
+    value = math.fsum(weight * one for weight, one in zip(weights, values, strict=True)) / total
     independent = all(error.independent for _, error in grids)
     bar = NINETY_FIVE * abs(value) * (total**-0.5 if independent else min(error.scale for _, error in grids))
     finest = grids[0][1].scale
     disagree = any(
-        abs(each - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])
-        for each, (_, error) in zip(values, grids, strict=True)
+        abs(other - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])
+        for other, (_, error) in zip(values, grids, strict=True)
     )
-    seen = max(abs(each - value) for each in values) if disagree else 0.0
+    seen = max(abs(other - value) for other in values) if disagree else 0.0
     return Combined(value, max(bar, seen), disagree)

@@ -205,14 +205,18 @@ def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) 
     return Convergence(verdict, reason, point.value, point.bar, 0.0, measurement, levels=levels_of(samples))
 
 
-def definition_part(cells: np.ndarray, quantity: str) -> float | None:
-    """Mean of the part of a definition over the finest runs, (runs,), of one point that state it; None without any."""
-    by_spacing: dict[float, list[float]] = {}
-    for cell in cells:
-        measured = cell.measured(quantity)
-        if cell.state == "succeeded" and measured is not None and DEFINITION in measured.parts:
-            by_spacing.setdefault(_spacing(cell), []).append(measured.parts[DEFINITION])
-    return float(np.mean(by_spacing[min(by_spacing)])) if by_spacing else None
+def definition_parts(layout: Layout, quantity: str) -> np.ndarray:
+    """Mean of the part of a definition over the finest runs of each point that state it; None without any."""
+    points = layout.runs_of_points
+    parts = np.full(points.shape[:-1], None, object)
+    for place in np.ndindex(parts.shape):
+        by_spacing: dict[float, list[float]] = {}
+        for cell in points[place]:
+            measured = cell.measured(quantity)
+            if cell.state == "succeeded" and measured is not None and DEFINITION in measured.parts:
+                by_spacing.setdefault(_spacing(cell), []).append(measured.parts[DEFINITION])
+        parts[place] = float(np.mean(by_spacing[min(by_spacing)])) if by_spacing else None
+    return parts
 
 
 def _spacing(cell: Cell) -> float:

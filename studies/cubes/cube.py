@@ -27,7 +27,7 @@ import xarray as xr
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, Observed, answers, catalogue_of
-from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_part, lay_out
+from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_parts, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
@@ -253,7 +253,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     histories = _each(layout.cells, lambda cell: _history(cell, name))
     if any(history is not None for history in histories.flat):
         yield declared.HISTORY.filled(quantity), _padded(histories, _samples(layout)), {}
-    definition = _by_point(layout, lambda cells: definition_part(cells, name))
+    definition = definition_parts(layout, name)
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
     if layout.refinements:
@@ -372,18 +372,7 @@ def _records(items: Iterable[object]) -> np.ndarray:
 
 def _each(records: np.ndarray, pick: Callable[..., object]) -> np.ndarray:
     """The picks of all records; None stays None."""
-    picked = np.empty(records.shape, object)
-    for place, record in np.ndenumerate(records):
-        picked[place] = None if record is None else pick(record)
-    return picked
-
-
-def _by_point(layout: Layout, pick: Callable[[np.ndarray], object]) -> np.ndarray:
-    """The picks of the runs of each point."""
-    runs = layout.runs_of_points
-    picked = np.empty(runs.shape[:-1], object)
-    for point in np.ndindex(picked.shape):
-        picked[point] = pick(runs[point])
+    picked: np.ndarray = np.frompyfunc(lambda record: None if record is None else pick(record), 1, 1)(records)
     return picked
 
 

@@ -5,6 +5,7 @@ The runs of a search stand along ``run``, each with the value that it tried, as 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,54 +23,42 @@ UNFINISHED = ("cancelled", "running", "pending", "missing")
 Searched = Sequence[tuple[Mapping[str, Value], SearchedLimit]]  # by the values of the other axes
 
 # A record is a ``SearchedLimit``; numbers have the unit of the axis.
-LIMIT = Variable(
+_of_search = partial(Variable, dims=(SEARCH,), group="result")
+
+LIMIT = _of_search(
     "limit",
     "middle of the interval in which the searched outcome changes from 0 to 1; NaN: not bracketed",
     lambda limit: limit.value,
-    (SEARCH,),
     label="limit",
-    group="result",
 )
-LOWER = replace(
-    LIMIT,
-    name="limit_lower",
-    meaning="highest value with the outcome 0 below the lowest with 1",
-    pick=lambda limit: limit.lower,
+LOWER = _of_search(
+    "limit_lower",
+    "highest value with the outcome 0 below the lowest with 1",
+    lambda limit: limit.lower,
     label="limit, lower end",
 )
-UPPER = replace(
-    LIMIT,
-    name="limit_upper",
-    meaning="lowest value with the outcome 1 above the highest with 0",
-    pick=lambda limit: limit.upper,
+UPPER = _of_search(
+    "limit_upper",
+    "lowest value with the outcome 1 above the highest with 0",
+    lambda limit: limit.upper,
     label="limit, upper end",
 )
-COUNT = Variable(
-    "limit_runs",
-    "number of runs of the search",
-    lambda limit: len(limit.tried),
-    (SEARCH,),
-    "1",
-    "integer",
-    group="result",
+COUNT = _of_search(
+    "limit_runs", "number of runs of the search", lambda limit: len(limit.tried), unit="1", kind="integer"
 )
-VERDICT = Variable(
+VERDICT = _of_search(
     "limit_verdict",
     "bracketed; non-monotone where a 1 lies below a 0; not bracketed; unfinished",
     lambda limit: limit.verdict,
-    (SEARCH,),
     kind="flag",
     meanings=VERDICTS,
     label="limit, verdict",
-    group="result",
 )
-REASON = Variable(
+REASON = _of_search(
     "limit_reason",
     "reason why there is no limit, or why its interval is wider than asked",
     lambda limit: limit.reason,
-    (SEARCH,),
     kind="text",
-    group="result",
 )
 
 

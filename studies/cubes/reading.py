@@ -85,19 +85,13 @@ def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
     return variable.set_dims(dict(dataset.variables["run_state"].sizes)).values
 
 
-def _cube_file(path: Path) -> Path:
-    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
+def open_cube(path: Path) -> xr.Dataset:
+    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
     from studies.sweeps.document import no_such_cube
 
     file = path / CUBE if path.is_dir() else path
     if not file.exists():
         raise no_such_cube(file)
-    return file
-
-
-def open_cube(path: Path) -> xr.Dataset:
-    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    file = _cube_file(path)
     try:
         with xr.open_dataset(file) as dataset:
             loaded = dataset.load()

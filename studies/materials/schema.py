@@ -294,8 +294,10 @@ class Material:
         for section in SECTIONS:
             for name, parameter in declared(self._record(section)).items():
                 parameters[f"{section}.{name}"] = parameter
-        idle = _idle(self.eos.kind)
-        return {path: parameter for path, parameter in parameters.items() if path not in idle}
+        taken = {mark.path for mark in marked(acting_eos(self.eos.kind).record, FromMaterial).values()}
+        if STIFFNESS not in taken:
+            del parameters[STIFFNESS]
+        return parameters
 
     def paths(self) -> dict[str, str]:
         """The SI unit of every constant that can be set, by dotted path."""
@@ -397,9 +399,3 @@ def acting_eos(kind: str, form: str = "") -> "EosEntry":
     every: Mapping[str, EosEntry] = entries("solver.matter.eos", "EOS")
     forms = (eos for eos in every.values() if eos.form and eos.form == form)
     return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), every[kind])
-
-
-def _idle(kind: str) -> tuple[str, ...]:
-    """Constants of a material that its equation of state does not take."""
-    taken = {mark.path for mark in marked(acting_eos(kind).record, FromMaterial).values()}
-    return () if STIFFNESS in taken else (STIFFNESS,)

@@ -357,11 +357,11 @@ def _expression(unit_text: str) -> str:
         return "1/" + _expression(text.partition("/")[2])
     if not re.fullmatch(rf"(?:{_WORD.pattern}|(?<!\*)\*(?!\*)|[/() ])+", text):
         raise ValueError(f"{unit_text!r} is not a unit")
-    return _WORD.sub(_pint_power, text).replace(" ", "*").replace(")(", ")*(")
-
-
-def _pint_power(match: re.Match[str]) -> str:
-    return f"{match[1]}**{match[2]}" if match[2] else match[1]
+    return (
+        _WORD.sub(lambda word: f"{word[1]}**{word[2]}" if word[2] else word[1], text)
+        .replace(" ", "*")
+        .replace(")(", ")*(")
+    )
 
 
 @cache

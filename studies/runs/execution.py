@@ -136,12 +136,6 @@ def film_of(run: Run, setting: Setting) -> Film:
     return Film(setting.problem, interval=interval)  # type: ignore[arg-type]
 
 
-def sections_of(observer: RunObserver) -> SectionRecorder:
-    """The recorder of the sections that an observer's scenario asks for."""
-    options = observer.parameters.sections(observer.setting)
-    return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
-
-
 def provenance() -> dict[str, str | float]:
     """Versions and processor of this process."""
     try:
@@ -219,12 +213,12 @@ def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, r
 
 def _stage(observer: RunObserver, threads: int | None, restart: _Restart) -> Outcome:
     """The outcome of the stage that an observer has begun with."""
-    observer.sections = sections_of(observer)
-    checkpoint = restart.checkpoint
+    problem, interval, checkpoint = observer.setting.problem, observer.rate.interval, restart.checkpoint
+    observer.sections = SectionRecorder(problem, observer.parameters.sections(observer.setting), interval)
     return simulate(
-        observer.setting.problem,
+        problem,
         observer,
-        interval=observer.rate.interval,
+        interval=interval,
         recorder=observer.film,
         threads=threads,
         checkpoint=_checkpointing(checkpoint, observer, restart.control, restart.explain) if checkpoint else None,
@@ -275,7 +269,7 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
     """The result of a simulation whose stages ended; writes its final state and its film."""
     outcome = together(outcomes)
     numbers, measured = _numbers(observer, outcome), observer.measured()
-    lost = [name for name, each in measured.items() if LOST_PARTICLES in each.flags]
+    lost = [name for name, one in measured.items() if LOST_PARTICLES in one.flags]
     _save_state(directory, outcome, outcomes[:-1])
     if observer.film:
         observer.film.save(directory / FILM, compressed=True)

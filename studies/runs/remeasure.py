@@ -21,6 +21,7 @@ from studies.runs.run import Run
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
+    from studies.scenarios import Setting
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)
@@ -80,7 +81,7 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     return with_mesh_errors(run, renewed_result)
 
 
-def load_state(file: Path, *, step: int = 0) -> "Snapshot":
+def load_state(file: Path) -> "Snapshot":
     """The final state in a ``state.npz``; only particles on the grid are in its arrays."""
     import numpy as np
 
@@ -92,20 +93,26 @@ def load_state(file: Path, *, step: int = 0) -> "Snapshot":
         alive = np.ones(body.size, np.uint8)
         fields = {name: saved[name] for name in Particles._fields if name != "alive"}
         departed = Departed(*(saved[DEPARTED + name] for name in Departed._fields))
-        return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body, departed)
+        return Snapshot(float(saved["time"]), 0, Particles(**fields, alive=alive), body, departed)
+
+
+def end_of(run: Run, file: Path) -> "tuple[Setting, Snapshot]":
+    """The problem of the last stage of a run, and its stored final state."""
+    import numpy as np
+
+    from studies.runs.stages import earlier_stages, setting_of
+
+    with np.load(file, allow_pickle=False) as saved:
+        setting = setting_of(run, earlier_stages(saved))
+    return setting, load_state(file)
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     """The view of the stored final state that the scenario's measurements read."""
-    import numpy as np
-
     from solver.state import MASS
-    from studies.runs.stages import earlier_stages, setting_of
 
-    step = int(result.numbers.get("steps", 0))
-    with np.load(state, allow_pickle=False) as saved:
-        setting = setting_of(run, earlier_stages(saved))
-    snapshot, arrivals = load_state(state, step=step), setting.problem.arrivals
+    setting, snapshot = end_of(run, state)
+    snapshot, arrivals = snapshot._replace(step=int(result.numbers.get("steps", 0))), setting.problem.arrivals
     if arrivals is not None:
         snapshot = snapshot._replace(waiting=float(arrivals.table[MASS][arrivals.time > snapshot.time].sum()))
     return scenarios.load(run.scenario).parameters.view(setting, snapshot)

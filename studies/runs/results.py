@@ -102,8 +102,8 @@ def with_mesh_errors(run: "Run", result: RunResult) -> RunResult:
     is_known = bool(settles) and errors.keys() >= {*settles}
     flags = tuple(flag for flag in result.flags if not (is_known and flag == UNDER_RESOLVED))
     measured = {
-        name: replace(each, mesh_error=dataclasses.asdict(errors[name])) if name in errors else each
-        for name, each in result.measurements.items()
+        name: replace(one, mesh_error=dataclasses.asdict(errors[name])) if name in errors else one
+        for name, one in result.measurements.items()
     }
     return replace(result, measurements=measured, flags=flags)
 

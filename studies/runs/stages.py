@@ -72,7 +72,7 @@ def outcome_of(carried: Carried) -> Outcome:
         record(**books.pop(name), momentum=arrays[f"{name}_momentum"])
         for name, record in zip(MOMENTA, (Totals, Ledger), strict=True)
     )
-    left = tuple(BodyBalance(**each) for each in books.pop("left"))
+    left = tuple(BodyBalance(**balance) for balance in books.pop("left"))
     history = tuple(Audit.from_plain(audit) for audit in numbers["history"])
     return Outcome(
         snapshot=snapshot,
@@ -102,7 +102,7 @@ def together(outcomes: Sequence[Outcome]) -> Outcome:
         outcomes[-1],
         snapshot=outcomes[-1].snapshot._replace(step=sum(outcome.snapshot.step for outcome in outcomes)),
         history=tuple(audit for outcome in outcomes for audit in outcome.history),
-        counters=Counters(**{name: sum(each[name] for each in counters) for name in counters[0]}),
+        counters=Counters(**{name: sum(count[name] for count in counters) for name in counters[0]}),
         smallest_step=min(outcome.smallest_step for outcome in outcomes),
         particle_steps=sum(outcome.particle_steps for outcome in outcomes),
     )

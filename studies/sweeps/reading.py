@@ -314,18 +314,12 @@ class _DocumentReading:
         if not searched:
             return
         field = f"axes.{searched[0]}"
-        for refused, value, limit, cure in (
-            (len(searched) > 1, ", ".join(searched), "one limit", "give the others as values"),
-            (combine != "grid", combine, "combine: grid for a limit", "leave combine out"),
-            (
-                self.document.get("model_part") == "screen",
-                "model_part: screen",
-                "stored or none for a limit",
-                "leave model_part out",
-            ),
-        ):
-            if refused:
-                self._refuse(field, value, limit, cure)
+        if len(searched) > 1:
+            self._refuse(field, ", ".join(searched), "one limit", "give the others as values")
+        if combine != "grid":
+            self._refuse(field, combine, "combine: grid for a limit", "leave combine out")
+        if self.document.get("model_part") == "screen":
+            self._refuse(field, "model_part: screen", "stored or none for a limit", "leave model_part out")
 
     def _check_combination(self, axes: tuple[Axis, ...], combine: Combine) -> None:
         """Axes of a zip are equally long; no value of an axis (of a zip: no point) stands twice."""

@@ -120,9 +120,7 @@ def _each_once(materials: Mapping[str, Material]) -> list[Material]:
 
 def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
     """The run with another material in every role that has its alloy; it breaks as the one that it replaces."""
-    changed = {
-        role: _breaking_like(each, other) if each.alloy == other.alloy else each for role, each in materials.items()
-    }
+    changed = {role: _breaking_like(own, other) if own.alloy == other.alloy else own for role, own in materials.items()}
     names = {role: material.name for role, material in changed.items()}
     return _screen(run, f"{kind} of {other.name}", changed, names)
 
@@ -146,7 +144,7 @@ def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[S
 
 def _of_strengths(materials: Mapping[str, Material], others: Iterable[Material]) -> Iterator[Material]:
     """Of some materials those of the same alloys with another strength, each strength once."""
-    alloys, known = {each.alloy for each in materials.values()}, [each.strength for each in materials.values()]
+    alloys, known = {own.alloy for own in materials.values()}, [own.strength for own in materials.values()]
     for other in others:
         if other.alloy in alloys and other.strength not in known:
             known.append(other.strength)

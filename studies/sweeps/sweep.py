@@ -325,9 +325,9 @@ class Sweep:
         families = {self.material(name).family for name in targets}
         quantities = self.definition.measurements
         return [
-            each
-            for each in compared_shots()
-            if each.quantity in quantities and shipped.load(each.materials[-1]).family in families
+            shots
+            for shots in compared_shots()
+            if shots.quantity in quantities and shipped.load(shots.materials[-1]).family in families
         ]
 
     def at_accuracy(self, error: float) -> "Sweep":

@@ -16,8 +16,8 @@ import xarray as xr
 from studies import laws
 from studies.cubes import cube
 from studies.cubes.catalogue import LawChoice
+from studies.cubes.exports import runs_csv
 from studies.cubes.growing import still_growing
-from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
