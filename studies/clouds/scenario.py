@@ -135,8 +135,8 @@ class DebrisCloud(ImpactSetUp):
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(
             moments=moments,
-            reach=REACH * setting.projectile_diameter,
-            pixel=setting.projectile_diameter / PIXELS,
+            reach=REACH * self.shot.projectile_diameter,
+            pixel=self.shot.projectile_diameter / PIXELS,
             whole=2.0 * math.pi / setting.sector,
         )
 

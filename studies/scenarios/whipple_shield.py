@@ -83,7 +83,7 @@ class BumperStage:
     """The end of a bumper's stage, and the flight from there; masses in kg (per radian in axisymmetry)."""
 
     bumper: Any  # studies.measurements.impact.view.ImpactView
-    cloud: Any  # studies.measurements.cloud.CloudView
+    cloud: Any  # studies.measurements.impact.cloud.CloudView
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it

@@ -107,7 +107,7 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Comparison]:
         for each in series:
             yield from _of_holes(each)
         subjects = _pooled(series)
-        known, told = len(laws.answering(QUANTITY)), len({subject.name.partition("/")[0] for subject in subjects})
+        known, told = len(laws.answering(QUANTITY)), len({subject.law.partition("/")[0] for subject in subjects})
         claim = f"{material}: laws of holes with a verdict, or with the reason why there is none"
         yield Comparison(claim, known, told, passed=told == known)
         yield from (_of_law(material, subject) for subject in subjects)

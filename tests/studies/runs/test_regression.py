@@ -109,7 +109,7 @@ OF_LONGER_RUNS = {"bumper_hole_diameter", "wall_hole_diameter", "wall_spall_diam
 
 
 def test_regression__has_a_value_of_every_measurement() -> None:
-    cases = [STORED[case] for case in CASES]
+    cases = STORED.values()
     readings = [item for each in cases for item in each["measurements"].items()]
     valued = {name for name, reading in readings if reading["value"] is not None}
     assert {name for name, _ in readings} - valued == OF_LONGER_RUNS
