@@ -243,11 +243,39 @@ def parse_value(
         if parameter.optional:
             return None
         raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
+    if parameter.kind == "quantity":
+        is_si = si and is_number(raw)
+        return _within(round_quantity(_exact(parameter, raw, field, is_si=is_si)), parameter, raw, field)
+    if parameter.kind == "integer":
+        number = exact_number(raw, field, str(parameter.bounds.nearest(1)))
+        if number != number.to_integral_value():
+            raise refusal(field, raw, parameter.limit(), f"write {parameter.bounds.nearest(round(number))}")
+        return int(_within(int(number), parameter, raw, field))
+    if parameter.kind == "boolean":
+        if not isinstance(raw, bool):
+            raise refusal(field, raw, parameter.limit(), "write true or false")
+        return raw
+    if parameter.kind == "text":
+        if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
+            raise refusal(field, raw, parameter.limit(), "write a text")
+        # Lines of a file keep their numbers.
+        return raw.strip() if parameter.longest == LONGEST_WORD else raw
+    names, limit = parameter.choices, parameter.limit()
     if parameter.kind == "material":
-        return _parse_material(raw, field, materials)
-    if si and is_number(raw) and parameter.kind == "quantity":
-        return _within(round_quantity(exact_number(raw, field)), parameter, raw, field)
-    return _PARSERS[parameter.kind](parameter, raw, field)
+        names = tuple(materials)
+        limit = "a material that ships or that the sweep brings" if raw and isinstance(raw, str) else limit
+    if not isinstance(raw, str) or not raw or (names and raw not in names):
+        raise refusal(field, raw, limit, nearest_cure(raw, names))
+    return raw
+
+
+def _exact(parameter: Parameter, raw: Plain, field: str, *, is_si: bool) -> Decimal:
+    """The exact number of a quantity, in SI; a bare one stands for SI where it ``is_si``."""
+    if is_si:
+        return exact_number(raw, field)
+    if parameter.unit == "1":
+        return exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+    return parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
 
 
 def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
@@ -321,49 +349,6 @@ def _kind(record: type, name: str, inner: Sequence[type]) -> ParameterKind:
     return plain[inner[0]]
 
 
-def _parse_quantity(parameter: Parameter, raw: Plain, field: str) -> float:
-    assert parameter.unit is not None
-    if parameter.unit == "1":
-        exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
-    else:
-        exact = parse_quantity(raw, parameter.unit, field, parameter.bounds)
-    return _within(round_quantity(exact), parameter, raw, field)
-
-
-def _parse_integer(parameter: Parameter, raw: Plain, field: str) -> int:
-    value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
-    if value != value.to_integral_value():
-        raise refusal(field, raw, parameter.limit(), f"write {parameter.bounds.nearest(round(value))}")
-    return int(_within(int(value), parameter, raw, field))
-
-
-def _parse_boolean(parameter: Parameter, raw: Plain, field: str) -> bool:
-    if not isinstance(raw, bool):
-        raise refusal(field, raw, _WORDS["boolean"], "write true or false")
-    return raw
-
-
-def _parse_text(parameter: Parameter, raw: Plain, field: str) -> str:
-    if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
-        raise refusal(field, raw, parameter.limit(), "write a text")
-    # Lines of a file keep their numbers.
-    return raw.strip() if parameter.longest == LONGEST_WORD else raw
-
-
-def _parse_choice(parameter: Parameter, raw: Plain, field: str) -> str:
-    if not isinstance(raw, str) or raw not in parameter.choices:
-        raise refusal(field, raw, parameter.limit(), nearest_cure(raw, parameter.choices))
-    return raw
-
-
-def _parse_material(raw: Plain, field: str, materials: Collection[str]) -> str:
-    if not isinstance(raw, str) or not raw:
-        raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
-    if materials and raw not in materials:
-        raise refusal(field, raw, "a material that ships or that the sweep brings", nearest_cure(raw, materials))
-    return raw
-
-
 def _within(value: float, parameter: Parameter, raw: Plain, field: str) -> float:
     nearest = parameter.bounds.nearest(value)
     if nearest != value:
@@ -387,10 +372,3 @@ def describe(parameters: Iterable[Parameter]) -> list[dict[str, Plain]]:
 
 
 _WORDS: dict[ParameterKind, str] = {"boolean": "true or false", "material": "the name of a material"}
-_PARSERS: dict[ParameterKind, Callable[[Parameter, Plain, str], Value]] = {
-    "quantity": _parse_quantity,
-    "integer": _parse_integer,
-    "boolean": _parse_boolean,
-    "text": _parse_text,
-    "choice": _parse_choice,
-}

@@ -34,22 +34,14 @@ class Progress:
     measured: Mapping[str, float]
 
 
-def _ignore(_: object) -> None:
-    """Take a report and do nothing."""
-
-
-def _never() -> bool:
-    return False
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunControl:
     """The reports that a run makes to its caller while it computes, and the caller's wish that it leaves."""
 
-    progress: Callable[[Progress], object] = _ignore  # after each observation
-    log: Callable[[str], object] = _ignore  # each line of the run log
-    checkpointed: Callable[[int], object] = _ignore  # step of a checkpoint, written or resumed from
-    must_stop: Callable[[], bool] = _never  # asked after each step
+    progress: Callable[[Progress], object] = lambda progress: None  # after each observation
+    log: Callable[[str], object] = lambda line: None  # each line of the run log
+    checkpointed: Callable[[int], object] = lambda step: None  # step of a checkpoint, written or resumed from
+    must_stop: Callable[[], bool] = lambda: False  # asked after each step
 
 
 NO_CONTROL = RunControl()

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from studies.quantities.findings import InvalidInput
-from studies.runs.run import estimate
+from studies.runs.run import Estimate, estimate
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
@@ -54,9 +54,7 @@ class PricedRun:
     """A run with its cost, and the number of runs that it stands for."""
 
     id: str
-    core_seconds: float
-    bytes: int
-    memory: int  # of its process
+    work: Estimate
     cells: float | None  # across the diameter
     share: float  # 1, or more where not every point of a sweep is looked at
 
@@ -75,9 +73,9 @@ class SweepCost:
         chosen = [(run, run.share * self.further) for run in priced]
         return Cost(
             self.runs,
-            sum(run.core_seconds * share for run, share in chosen),
-            round(sum(run.bytes * share for run, share in chosen)),
-            max((run.memory for run, _ in chosen), default=0),
+            sum(run.work.core_seconds * share for run, share in chosen),
+            round(sum(run.work.bytes * share for run, share in chosen)),
+            max((run.work.memory for run, _ in chosen), default=0),
         )
 
 
@@ -88,15 +86,10 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
     count = 0
     for count, point in enumerate(sweep.every_run(MOST_LOOKED_AT), 1):
         if point.run.id not in priced:
-            work, cells = estimate(point.run), point.run.parameters.get(RESOLUTION)
-            priced[point.run.id] = PricedRun(
-                id=point.run.id,
-                core_seconds=work.core_seconds,
-                bytes=work.bytes,
-                memory=work.memory,
-                cells=None if cells is None else float(cells),
-                share=sweep.size / on_axes if count <= on_axes else 1.0,  # then it screens the models
-            )
+            cells = point.run.parameters.get(RESOLUTION)
+            share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
+            across = None if cells is None else float(cells)
+            priced[point.run.id] = PricedRun(point.run.id, estimate(point.run), across, share)
     runs = sweep.most_runs + count - on_axes
     further = sweep.most_runs / sweep.size
     return SweepCost(runs, count, tuple(priced.values()), further)

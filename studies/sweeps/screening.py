@@ -119,15 +119,18 @@ def _each_once(materials: Mapping[str, Material]) -> list[Material]:
 
 
 def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
-    """The run with another material in every role that has its alloy; it breaks as the one that it replaces."""
-    changed = {role: _breaking_like(own, other) if own.alloy == other.alloy else own for role, own in materials.items()}
+    """The run with another material in every role that has its alloy.
+
+    It breaks as the one that it replaces: few sources have the constants of failures.
+    """
+    changed = {
+        role: replace(other, **{section: getattr(own, section) for section in OPTIONAL})
+        if own.alloy == other.alloy
+        else own
+        for role, own in materials.items()
+    }
     names = {role: material.name for role, material in changed.items()}
     return _screen(run, f"{kind} of {other.name}", changed, names)
-
-
-def _breaking_like(material: Material, other: Material) -> Material:
-    """Another source of a material, with the constants of its failures: few sources have them."""
-    return replace(other, **{section: getattr(material, section) for section in OPTIONAL})
 
 
 def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[Screen]:
