@@ -2,9 +2,9 @@
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, TypeVar, get_args
+from typing import Literal, TypeVar, get_args
 
 from studies import materials as shipped
 from studies import measurements, scenarios
@@ -31,9 +31,6 @@ from studies.sweeps.flat import as_sweep
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
 
-if TYPE_CHECKING:
-    from studies.sweeps.sweep import Sweep
-
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
     *("cells", "materials", "observations", "laws", "model_part", "ends"),
@@ -47,6 +44,7 @@ MOST_LAWS = 50  # fitted ones of a sweep
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Allowed = TypeVar("Allowed", bound=str)
+Sweep = TypeVar("Sweep")
 
 END = "end_time"  # the parameter that rows of "ends" set
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
@@ -72,12 +70,12 @@ class SweepLimits:
 ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
-def read_sweep(kind: "type[Sweep]", document: object, limits: SweepLimits) -> "Sweep":
-    """The sweep of a document; raises InvalidInput with every error."""
+def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits) -> Sweep:
+    """What ``make`` makes of the checked fields of a document: the sweep; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     with few_suggestions():
-        return _DocumentReading(as_sweep(document, KEYS), limits).sweep(kind)
+        return _DocumentReading(as_sweep(document, KEYS), limits).sweep(make)
 
 
 class _DocumentReading:
@@ -88,7 +86,7 @@ class _DocumentReading:
         self.limits = limits
         self.findings = Findings()
 
-    def sweep(self, kind: "type[Sweep]") -> "Sweep":
+    def sweep(self, make: Callable[..., Sweep]) -> Sweep:
         """The whole document, in the order in which one part needs another; raises InvalidInput."""
         for key in self.document:
             if key not in KEYS:
@@ -124,7 +122,7 @@ class _DocumentReading:
         name = self._text("name", scenario.name)
         title = self._text("title", name)
         self.findings.check()
-        return kind(
+        return make(
             name=name,
             title=title,
             scenario=scenario.name,
