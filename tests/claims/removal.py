@@ -53,6 +53,8 @@ def taken_with(name: str) -> set[str]:
 def remove(tree: Path, name: str) -> list[str]:
     """Take a feature, and those that need it, from a copy of the tree; the names of what went."""
     packages = [package for taken in taken_with(name) for package in features()[taken].folders]
+    for taken in taken_with(name):
+        shutil.rmtree(tree / "tests" / "cases" / taken, ignore_errors=True)
     for package in packages:
         for folder in (tree / package.replace(".", "/"), tree / "tests" / package.replace(".", "/")):
             shutil.rmtree(folder, ignore_errors=True)
