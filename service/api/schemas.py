@@ -24,6 +24,7 @@ from service.records.jobs import (
     described,
 )
 from studies.quantities.files import ARCHIVE, SWEEP_FILES
+from studies.quantities.parameters import Plain
 from studies.reports.document import Head, schema_of_report
 from studies.reports.section import sections
 from studies.sweeps import examples
@@ -363,7 +364,7 @@ class VersionModel(Answer):
     python: str
 
 
-def example_sweeps() -> dict[str, JsonValue]:
+def example_sweeps() -> dict[str, Plain]:
     """The sweeps that ship, as named examples of OpenAPI."""
     documents = {name: read_yaml(examples.text(name), name) for name in examples.names()}
     return {name: {"summary": document["title"], "value": document} for name, document in documents.items()}

@@ -33,10 +33,8 @@ def goes_on(store: Store, lease: Lease) -> bool:
 
 def next_points(sweep: Sweep, runs: Mapping[str, MeasuredRun]) -> list[Point]:
     """The points that the results of its runs (by id) ask for."""
-    searched = sweep.searched
-    assert searched is not None
-    assert searched.search is not None
-    quantity = searched.search.quantity
+    assert sweep.search is not None
+    quantity = sweep.search.quantity
 
     def outcome_of(run: Run) -> LimitOutcome | str:
         ended = runs.get(run.id)

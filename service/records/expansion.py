@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from pydantic import JsonValue
-
     from studies.quantities.parameters import Plain
     from studies.runs.run import Run
     from studies.sweeps.sweep import Point, Sweep
@@ -40,7 +38,7 @@ class ExpandedSweep:
     name: str
     title: str
     scenario: str
-    document: "Mapping[str, JsonValue]"  # canonical
+    document: "Mapping[str, Plain]"  # canonical
     points: tuple[ExpandedPoint, ...]
     memory: int = 0  # bytes that its largest run needs, estimated
     bytes: int = 0  # of the files of all runs, estimated

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from solver import PHYSICS_VERSION
 from studies.quantities.measured import BY_ONE_GRID, MESH, OF_MESH, Measured, numerical_parts
@@ -152,6 +152,16 @@ def scale_terms(grid: MeshGrid) -> dict[str, float]:
     return {"always": 1.0, "through": grid.through**-THROUGH_ORDER, "across": grid.across**-ACROSS_ORDER}
 
 
+class PlainExperience(TypedDict):
+    """An ``Experience`` as JSON has it; an infinite end is None."""
+
+    bias: Mapping[str, float]
+    scale: Mapping[str, float]
+    in_space: float | None
+    independent: bool
+    domain: Mapping[str, Sequence[float | None]]
+
+
 @dataclass(frozen=True)
 class Experience:
     """Model and domain of the mesh error of a quantity."""
@@ -160,16 +170,16 @@ class Experience:
     domain: Domain
 
     @staticmethod
-    def from_json(plain: Mapping[str, Any]) -> "Experience":
+    def from_json(plain: "PlainExperience") -> "Experience":
         """The experience that ``as_json`` wrote."""
         domain = {name: (_end(low), _end(high)) for name, (low, high) in plain["domain"].items()}
         model = MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"])
         return Experience(model, Domain(**domain))
 
-    def as_json(self) -> dict[str, Any]:
-        """As plain objects, an infinite end as None."""
-        ends = {name: [None if math.isinf(end) else end for end in each] for name, each in vars(self.domain).items()}
-        return {**vars(self.model), "domain": ends}
+    def as_json(self) -> "PlainExperience":
+        """As plain objects."""
+        ends = {name: [None if math.isinf(end) else end for end in pair] for name, pair in vars(self.domain).items()}
+        return {**vars(self.model), "domain": ends}  # type: ignore[typeddict-item]
 
 
 def _end(plain: float | None) -> float:
@@ -182,7 +192,7 @@ def stored() -> Mapping[str, Experience]:
     plain = json.loads(STORED.read_text(encoding="utf-8"))
     if plain["physics"] != PHYSICS_VERSION:
         return {}
-    return {name: Experience.from_json(each) for name, each in plain["quantities"].items()}
+    return {name: Experience.from_json(one) for name, one in plain["quantities"].items()}
 
 
 def mesh_error(grid: MeshGrid | None) -> MeshError | None:
@@ -208,7 +218,7 @@ def cells_for(bar: float, grids: Iterable[MeshGrid]) -> float | None:
     ``grids`` are those of a run, one for each measurement; None where the error of one of them is unknown on any.
     """
     fewest = [_cells(bar, grid) for grid in grids]
-    return None if not fewest or None in fewest else max(each for each in fewest if each is not None)
+    return None if not fewest or None in fewest else max(cells for cells in fewest if cells is not None)
 
 
 def _cells(bar: float, grid: MeshGrid) -> float | None:
@@ -237,13 +247,13 @@ def combined(grids: Sequence[tuple[float, MeshError]]) -> Combined:
     values = [error.corrected(value) for value, error in grids]
     weights = [error.scale**-2 for _, error in grids]
     total = math.fsum(weights)
-    value = math.fsum(weight * each for weight, each in zip(weights, values, strict=True)) / total
+    value = math.fsum(weight * one for weight, one in zip(weights, values, strict=True)) / total
     independent = all(error.independent for _, error in grids)
     bar = NINETY_FIVE * abs(value) * (total**-0.5 if independent else min(error.scale for _, error in grids))
     finest = grids[0][1].scale
     disagree = any(
-        abs(each - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])
-        for each, (_, error) in zip(values, grids, strict=True)
+        abs(other - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])
+        for other, (_, error) in zip(values, grids, strict=True)
     )
-    seen = max(abs(each - value) for each in values) if disagree else 0.0
+    seen = max(abs(other - value) for other in values) if disagree else 0.0
     return Combined(value, max(bar, seen), disagree)

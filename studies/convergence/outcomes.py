@@ -57,5 +57,4 @@ def _cells(spacings: Sequence[float]) -> str:
 
 
 def _outcome(verdict: ConvergenceVerdict, reason: str, value: float, levels: tuple[Level, ...]) -> Convergence:
-    reason = "; ".join([reason, *notes_on_gaps(levels)])
-    return Convergence(verdict, reason, value, math.nan, math.nan, math.nan, levels=levels)
+    return Convergence(verdict, "; ".join([reason, *notes_on_gaps(levels)]), value, levels=levels)

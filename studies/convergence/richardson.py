@@ -85,9 +85,9 @@ class Convergence:
     verdict: ConvergenceVerdict
     reason: str  # in words; what was left out, too
     value: float  # of the finest resolution with a value
-    mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
-    offsets: float
-    measurement: float
+    mesh: float = math.nan  # parts of the uncertainty; the mesh's is NaN where nothing tells it
+    offsets: float = math.nan
+    measurement: float = math.nan
     order: float = math.nan  # as observed; NaN unless converging
     extrapolated: float = math.nan  # Richardson's value
     gci: float = math.nan  # grid convergence index of the finest resolution, relative to its value
@@ -105,7 +105,7 @@ def converge(samples: Iterable[Sample]) -> Convergence:
     levels = levels_of(samples)
     three = [level for level in levels if level.values][:3]
     if not three:
-        return Convergence("no value", "no run has a value", math.nan, math.nan, math.nan, math.nan, levels=levels)
+        return Convergence("no value", "no run has a value", math.nan, levels=levels)
     finest, notes = three[0], [*_flagged(three), *notes_on_gaps(levels)]
     parts = (math.nan, math.nan) if TOO_COARSE in finest.quality_flags else (finest.uncertainty, finest.rest)
     if why := _why_unknown(levels, three):

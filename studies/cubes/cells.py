@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Convergence, ConvergenceVerdict, Sample, converge, levels_of
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
+from studies.laws import Shot
 from studies.quantities.measured import (
     BY_ONE_GRID,
     DEFINITION,
@@ -22,8 +22,12 @@ from studies.quantities.measured import (
     Measured,
     numerical_parts,
 )
+from studies.quantities.parameters import Plain, Value
 from studies.runs.results import RunResult, with_mesh_errors
+from studies.runs.run import Run
+from studies.sweeps.axes import Axis
 from studies.sweeps.reading import RESOLUTION
+from studies.sweeps.sweep import Sweep
 
 Results = Mapping[str, RunResult]  # what each run left, by its id
 MISSING = RunResult("", "missing", "no result was recorded for this run")
@@ -33,33 +37,26 @@ UNFINISHED = frozenset({"pending", "running"})  # states
 
 
 @dataclass(frozen=True)
-class UnfinishedRun:
-    """A run that has not ended, in a cube before the end of its sweep: nothing but its id is known of it."""
-
-    id: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Cell:
     """One run in its place."""
 
-    coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
-    run: Any  # studies.runs.run.Run, or an UnfinishedRun
-    shot: Any | None  # studies.laws.Shot: what the laws are asked about
+    coordinates: Mapping[str, Value]  # of the axes, by the names a user writes
+    id: str  # of the run
+    run: Run | None  # None of one that has not ended, in a cube before the end of its sweep
+    shot: Shot | None  # what the laws are asked about
     result: RunResult  # without measurements, where the run left none
     state: str  # one of STATES
     reason: str  # why there is no result
 
     @property
-    def is_resolved(self) -> bool:
-        """Whether more than the id of the run is known."""
-        return not isinstance(self.run, UnfinishedRun)
+    def parameters(self) -> Mapping[str, Value]:
+        """The parameters of its run; empty where nothing but its id is known."""
+        return self.run.parameters if self.run else {}
 
     @property
     def mesh_errors(self) -> Mapping[str, MeshError]:
         """What the mesh does to each measurement, where experience tells it."""
-        return self.run.mesh_errors if self.is_resolved and self.state == "succeeded" else {}
+        return self.run.mesh_errors if self.run and self.state == "succeeded" else {}
 
     def reading(self, quantity: str) -> Measured | None:
         """The measurement of a quantity, as it was read off the grid of its run."""
@@ -80,8 +77,8 @@ class Layout:
     The last dimensions are the refinements: resolution and offset, where a sweep names several.
     """
 
-    axes: tuple[Any, ...]  # studies.sweeps.sweep.Axis
-    refinements: tuple[Any, ...]  # studies.sweeps.sweep.Axis
+    axes: tuple[Axis, ...]
+    refinements: tuple[Axis, ...]
     dims: tuple[str, ...]
     cells: np.ndarray  # of Cell, one dimension for each of dims
 
@@ -98,7 +95,7 @@ class Layout:
     @cached_property
     def is_resolved(self) -> np.ndarray:
         """Whether more than the id of each run is known: an array like the cells."""
-        return np.reshape([cell.is_resolved for cell in self.cells.flat], self.cells.shape)
+        return np.reshape([cell.run is not None for cell in self.cells.flat], self.cells.shape)
 
     @property
     def runs_of_points(self) -> np.ndarray:
@@ -106,13 +103,15 @@ class Layout:
         return self.cells.reshape(*self.cells.shape[: len(self.point_dims)], -1)
 
 
-def results_of(outcomes: Mapping[str, Mapping[str, Any]]) -> Results:
+def results_of(outcomes: Mapping[str, Mapping[str, Plain]]) -> Results:
     """Results from their JSON by run id, that of a run which left none with its state and reason alone."""
-    nothing: dict[str, Any] = {"measurements": {}, "flags": ()}
+    nothing: dict[str, Plain] = {"measurements": {}, "flags": ()}
     return {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
 
 
-def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None], run_ids: Sequence[str] = ()) -> Layout:
+def lay_out(
+    sweep: Sweep, results: Results, shot_of: Callable[[Run], Shot | None], run_ids: Sequence[str] = ()
+) -> Layout:
     """The runs of a sweep in their places; expands its grid, once.
 
     Where the ids of the runs are known, in this order, those that have not ended are not resolved.
@@ -121,30 +120,31 @@ def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None], 
     axes = (*(sweep.axes if grid else ()), *sweep.refinements)
     names = tuple(variable_name(axis.name) for axis in axes)
     cells = np.full(sweep.grid.shape, None, object)
-    for index, coordinates, run in _placed_runs(sweep, results, run_ids):
-        shot = None if isinstance(run, UnfinishedRun) else shot_of(run)
-        cells[index] = _cell(coordinates, run, results, shot)
-    layout = Layout(tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells)
+    for index, coordinates, id, run in _placed_runs(sweep, results, run_ids):
+        result = results.get(id, MISSING)
+        if result.measurements and run:
+            result = with_mesh_errors(run, result)
+        state, reason = result.state, result.reason or ""
+        if state not in STATES:
+            state, reason = "other", f"{state}: {reason}"
+        cells[index] = Cell(coordinates, id, run, shot_of(run) if run else None, result, state, reason)
+    layout = Layout(sweep.axes, sweep.refinements, names if grid else ("run", *names), cells)
     for place in np.ndindex(layout.runs_of_points.shape[:-1]):
         layout.runs_of_points[place] = _on_grids(layout.runs_of_points[place])
     return layout
 
 
 def _placed_runs(
-    sweep: Any, results: Results, run_ids: Sequence[str]
-) -> list[tuple[tuple[int, ...], Mapping[str, Any], Any]]:
-    """Index, coordinates and run of each point."""
+    sweep: Sweep, results: Results, run_ids: Sequence[str]
+) -> Sequence[tuple[tuple[int, ...], Mapping[str, Value], str, Run | None]]:
+    """Index, coordinates, id and run of each point."""
     ids = run_ids[: sweep.size]
     has_ended = [results.get(id, MISSING).state not in UNFINISHED for id in ids]
     if len(ids) == sweep.size and any(has_ended) and not all(has_ended):
-        points = [*sweep.computed_runs(has_ended)]
-        placed = [
-            (point.index, point.coordinates, point.run if ended else UnfinishedRun(id))
-            for point, id, ended in zip(points, ids, has_ended, strict=True)
-        ]
-        if all(run.id == id for (_, _, run), id in zip(placed, ids, strict=True)):
+        placed = [(*place, id, run) for (place, run), id in zip(sweep.computed_runs(has_ended), ids, strict=True)]
+        if all(run is None or run.id == id for _, _, id, run in placed):
             return placed
-    return [(point.index, point.coordinates, point.run) for point in sweep.runs()]
+    return [(point.index, point.coordinates, point.run.id, point.run) for point in sweep.runs()]
 
 
 def _on_grids(cells: np.ndarray) -> np.ndarray:
@@ -162,24 +162,13 @@ def _on_grids(cells: np.ndarray) -> np.ndarray:
 
 def _without_flag(cell: Cell, seen: set[str]) -> Cell:
     """The run without flags of one grid alone on some of its values."""
-    flagged = {name for name in seen if {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}}
-    if not flagged:
-        return cell
-    measurements = dict(cell.result.measurements)
-    for name in flagged:
-        kept = tuple(flag for flag in measurements[name].flags if flag not in BY_ONE_GRID)
-        measurements[name] = replace(measurements[name], flags=kept)
+    measurements = {
+        name: replace(measured, flags=tuple(flag for flag in measured.flags if flag not in BY_ONE_GRID))
+        if name in seen and {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}
+        else measured
+        for name, measured in cell.result.measurements.items()
+    }
     return replace(cell, result=replace(cell.result, measurements=measurements))
-
-
-def _cell(coordinates: Mapping[str, Any], run: Any, results: Results, shot: Any | None) -> Cell:
-    result = results.get(run.id, MISSING)
-    if result.measurements and not isinstance(run, UnfinishedRun):
-        result = with_mesh_errors(run, result)
-    state, reason = result.state, result.reason or ""
-    if state not in STATES:
-        state, reason = "other", f"{state}: {reason}"
-    return Cell(coordinates, run, shot, result, state, reason)
 
 
 def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:
@@ -196,7 +185,7 @@ def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ())
 def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) -> Convergence | None:
     """A quantity of one point from those of its grids whose mesh errors are known; None without any."""
     known = [
-        (sample, cell.mesh_errors[quantity], cell.reading(quantity))
+        (sample, cell.mesh_errors[quantity], cell.result.measurements[quantity].value)
         for cell, sample in zip(cells, samples, strict=True)
         if quantity in cell.mesh_errors and math.isfinite(sample.value)
     ]
@@ -205,9 +194,9 @@ def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) 
     spacings = sorted({sample.spacing for sample, _, _ in known})
     grids = []
     for spacing in spacings:
-        here = [(error, reading) for sample, error, reading in known if sample.spacing == spacing]
+        here = [(error, value) for sample, error, value in known if sample.spacing == spacing]
         # The position of a grid changes no cell: its runs have one mesh error.
-        grids.append((math.fsum(reading.value for _, reading in here) / len(here), here[0][0]))
+        grids.append((math.fsum(value for _, value in here) / len(here), here[0][0]))
     point = combined(grids)
     rest = [sample.rest for sample, _, _ in known if sample.spacing == spacings[0]]
     verdict: ConvergenceVerdict = "grids disagree" if point.disagree else "mesh error known"
@@ -216,19 +205,23 @@ def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) 
     return Convergence(verdict, reason, point.value, point.bar, 0.0, measurement, levels=levels_of(samples))
 
 
-def definition_part(cells: np.ndarray, quantity: str) -> float | None:
-    """Mean of the part of a definition over the finest runs, (runs,), of one point that state it; None without any."""
-    by_spacing: dict[float, list[float]] = {}
-    for cell in cells:
-        measured = cell.measured(quantity)
-        if cell.state == "succeeded" and measured is not None and DEFINITION in measured.parts:
-            by_spacing.setdefault(_spacing(cell), []).append(measured.parts[DEFINITION])
-    return float(np.mean(by_spacing[min(by_spacing)])) if by_spacing else None
+def definition_parts(layout: Layout, quantity: str) -> np.ndarray:
+    """Mean of the part of a definition over the finest runs of each point that state it; None without any."""
+    points = layout.runs_of_points
+    parts = np.full(points.shape[:-1], None, object)
+    for place in np.ndindex(parts.shape):
+        by_spacing: dict[float, list[float]] = {}
+        for cell in points[place]:
+            measured = cell.measured(quantity)
+            if cell.state == "succeeded" and measured is not None and DEFINITION in measured.parts:
+                by_spacing.setdefault(_spacing(cell), []).append(measured.parts[DEFINITION])
+        parts[place] = float(np.mean(by_spacing[min(by_spacing)])) if by_spacing else None
+    return parts
 
 
 def _spacing(cell: Cell) -> float:
     """Size of a cell of the grid in diameters; 1 where a sweep has one resolution alone."""
-    return float(1.0 / cell.coordinates.get(RESOLUTION, 1.0))
+    return 1.0 / float(cell.coordinates.get(RESOLUTION) or 1.0)
 
 
 def _sample(cell: Cell, measured: Measured | None) -> Sample:

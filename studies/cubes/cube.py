@@ -19,15 +19,15 @@ from datetime import UTC, datetime
 from functools import partial
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
-from studies.cubes.catalogue import Catalogue, answers, catalogue_of
-from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_part, lay_out
+from studies.cubes.catalogue import Catalogue, Observed, answers, catalogue_of
+from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_parts, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
@@ -36,6 +36,7 @@ from studies.cubes.variable import (
     POINTS,
     RUNS,
     SYMBOLS,
+    Column,
     Quantity,
     Variable,
     variable_name,
@@ -44,8 +45,10 @@ from studies.laws import Code, Reason
 from studies.measurements import distributions
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
-from studies.quantities.parameters import Parameter
+from studies.quantities.parameters import Parameter, Plain
+from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS
+from studies.sweeps.sweep import Sweep
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
@@ -54,34 +57,29 @@ WITH_COORDINATES = ("result", "history")  # groups whose variables list their co
 # Provenance that is no version of anything.
 ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
-Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
+Version = TypeVar("Version", int, str)
 
 
-def build(sweep: Any, results: Results, catalogue: Catalogue | None = None, run_ids: Sequence[str] = ()) -> xr.Dataset:
+def build(
+    sweep: Sweep, results: Results, catalogue: Catalogue | None = None, run_ids: Sequence[str] = ()
+) -> xr.Dataset:
     """The cube of a sweep; ``results`` has what each run left, by its id.
 
-    With the ids of all runs, in the order of ``Sweep.runs``, only those that have ended are read.
+    With the ids of all runs, in the order of ``Sweep.runs``, only those that have ended are read. That of a search has
+    the values that it tried, with the limits; its attribute ``search`` is the document.
     """
-    catalogue = catalogue or catalogue_of(sweep)
-    if sweep.searched:
-        return _of_search(sweep, results, catalogue)
-    return _built(sweep, results, catalogue, [], run_ids)
-
-
-def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset:
-    """The cube of the values that a search tried, with the limits; the attribute ``search`` is its document."""
-    axis = sweep.searched
-    quantity = axis.search.quantity
-    searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id, MISSING), quantity))
-    about = {"limit_of": quantity, "axis": variable_name(axis.name)}
-    columns = limits.columns_of(searched, catalogue.parameters[axis.name], catalogue.parameters, about)
+    catalogue, search = catalogue or catalogue_of(sweep), sweep.search
+    if search is None:
+        return _built(sweep, results, catalogue, [], run_ids)
+    searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id, MISSING), search.quantity))
+    about = {"limit_of": search.quantity, "axis": variable_name(search.axis)}
+    columns = limits.columns_of(searched, catalogue.parameters[search.axis], catalogue.parameters, about)
     dataset = _built(sweep.tried(searched), results, catalogue, columns)
-    document = json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True)
-    return dataset.assign_attrs(search=document)
+    return dataset.assign_attrs(search=json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True))
 
 
 def _built(
-    sweep: Any, results: Results, catalogue: Catalogue, first: Sequence[Column], run_ids: Sequence[str] = ()
+    sweep: Sweep, results: Results, catalogue: Catalogue, first: Sequence[Column], run_ids: Sequence[str] = ()
 ) -> xr.Dataset:
     """The cube with these columns before all others."""
     layout = lay_out(sweep, results, catalogue.shot_of, run_ids)
@@ -135,7 +133,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 # ---- columns: declared variables with their values -----------------------------------------------
 
 
-def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any, assess: Assess) -> list[Column]:
+def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess) -> list[Column]:
     """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
@@ -177,7 +175,7 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
     axis = axes.get(name)
     if axis is None:
         variable = declared.parameter_variable(parameter, RUNS)
-        records = _each(layout.cells, lambda cell: cell.run.parameters.get(name))
+        records = _each(layout.cells, lambda cell: cell.parameters.get(name))
         if any(record is not None for record in records.flat):
             yield variable, _compact(variable.values(records), layout), {}
     elif layout.grid or axis in layout.refinements:
@@ -244,7 +242,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     measured = _each(layout.cells, lambda cell: cell.measured(name))
     parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
     companions = (declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
-    about = {"ancillary_variables": " ".join(each.named(name) for each in companions)}
+    about = {"ancillary_variables": " ".join(variable.named(name) for variable in companions)}
     if quantity.outcomes:
         about[OUTCOMES] = BETWEEN_OUTCOMES.join(quantity.outcomes)
     yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), about
@@ -255,7 +253,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     histories = _each(layout.cells, lambda cell: _history(cell, name))
     if any(history is not None for history in histories.flat):
         yield declared.HISTORY.filled(quantity), _padded(histories, _samples(layout)), {}
-    definition = _by_point(layout, lambda cells: definition_part(cells, name))
+    definition = definition_parts(layout, name)
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
     if layout.refinements:
@@ -267,7 +265,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
         yield declared.OVER_DIAMETER.filled(quantity), declared.VALUE.values(measured) / diameters, {}
         if layout.refinements:
             by_point = diameters.reshape(layout.runs_of_points.shape)[..., 0]
-            lengths, errors = (each.values(converged) for each in (declared.CONVERGED, declared.CONVERGED_UNCERTAINTY))
+            lengths, errors = declared.CONVERGED.values(converged), declared.CONVERGED_UNCERTAINTY.values(converged)
             yield declared.CONVERGED_OVER_DIAMETER.filled(quantity), lengths / by_point, {}
             yield declared.CONVERGED_UNCERTAINTY_OVER_DIAMETER.filled(quantity), errors / by_point, {}
 
@@ -333,7 +331,7 @@ def _observed(quantity: Quantity, mine: np.ndarray, shots: np.ndarray, catalogue
             yield _column(variable.filled(quantity), _records(choices))
         asked = answers(choices, _each(shots, lambda shot: shot.shot))
         for (number, place), answer in np.ndenumerate(asked):
-            observed: Any = mine[number]
+            observed: Observed | None = mine.item(number)
             if observed is None or observed.shot is None or observed.value is None:
                 continue
             if choices[place].law.is_fitted_to(observed.shot, observed.value):
@@ -350,38 +348,31 @@ def _column(variable: Variable, records: np.ndarray) -> Column:
     if variable.kind != "mask":
         return variable, variable.values(records), {}
     flags = _each(records, lambda record: set(variable.pick(record) or ()))
-    raised = set().union(*(each for each in flags.flat if each))
+    raised = {flag for words in flags.flat for flag in words or ()}
     # CF wants at least one meaning.
     meanings = (*variable.meanings, *sorted(raised - set(variable.meanings))) or ("flagged",)
     bits = {meaning: 1 << place for place, meaning in enumerate(meanings)}
-    values = np.zeros(records.shape, np.int32)
-    for place, each in np.ndenumerate(flags):
-        values[place] = sum(bits[flag] for flag in each or ())
-    attributes = {"flag_masks": np.array(list(bits.values()), np.int32), "flag_meanings": " ".join(meanings)}
+    values: np.ndarray = np.zeros(records.shape, np.int32)
+    for place, words in np.ndenumerate(flags):
+        values[place] = sum(bits[flag] for flag in words or ())
+    attributes: dict[str, str | np.ndarray] = {
+        "flag_masks": np.array(list(bits.values()), np.int32),
+        "flag_meanings": " ".join(meanings),
+    }
     return variable, values, attributes
 
 
-def _records(items: Sequence[Any]) -> np.ndarray:
+def _records(items: Iterable[object]) -> np.ndarray:
     """Records along one dimension."""
-    records = np.empty(len(items), object)
-    records[:] = items
+    listed = list(items)
+    records = np.empty(len(listed), object)
+    records[:] = listed
     return records
 
 
-def _each(records: np.ndarray, pick: Any) -> np.ndarray:
+def _each(records: np.ndarray, pick: Callable[..., object]) -> np.ndarray:
     """The picks of all records; None stays None."""
-    picked = np.empty(records.shape, object)
-    for place, record in np.ndenumerate(records):
-        picked[place] = None if record is None else pick(record)
-    return picked
-
-
-def _by_point(layout: Layout, pick: Callable[[np.ndarray], Any]) -> np.ndarray:
-    """The picks of the runs of each point."""
-    runs = layout.runs_of_points
-    picked = np.empty(runs.shape[:-1], object)
-    for point in np.ndindex(picked.shape):
-        picked[point] = pick(runs[point])
+    picked: np.ndarray = np.frompyfunc(lambda record: None if record is None else pick(record), 1, 1)(records)
     return picked
 
 
@@ -397,7 +388,7 @@ def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
 def _parts(layout: Layout, quantity: str) -> list[str]:
     """Names of the numerical parts that the runs state of the uncertainty of a quantity."""
     measured = (cell.measured(quantity) for cell in layout.cells.flat)
-    return sorted({part for each in measured if each is not None for part in numerical_parts(each.parts)})
+    return sorted({part for one in measured if one is not None for part in numerical_parts(one.parts)})
 
 
 def _samples(layout: Layout) -> int:
@@ -407,7 +398,7 @@ def _samples(layout: Layout) -> int:
     return min(longest, HISTORY_SAMPLES, allowed)
 
 
-def _times(cell: Cell) -> Sequence[float]:
+def _times(cell: Cell) -> Sequence[float | None]:
     """The times of a run's histories (s): those of the longest one."""
     histories = (measured.history.get("time", ()) for measured in cell.result.measurements.values())
     return max((cell.result.histories.get("time", ()), *histories), key=len)
@@ -436,18 +427,20 @@ def _padded(histories: np.ndarray, samples: int) -> np.ndarray:
 # ---- labels --------------------------------------------------------------------------------------
 
 
-def _labelled(variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, Any]) -> xr.Variable:
+def _labelled(
+    variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, str | np.ndarray]
+) -> xr.Variable:
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
-    attributes = {**_attributes(variable), **more}
+    attributes: dict[str, str | np.ndarray] = {**_attributes(variable), **more}
     if variable.kind == "flag":
         attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
         attributes["flag_meanings"] = " ".join(variable.meanings)
     return xr.Variable(dims[: values.ndim], values, attributes)
 
 
-def _attributes(variable: Variable) -> dict[str, Any]:
+def _attributes(variable: Variable) -> dict[str, str]:
     units = {"units": variable.unit} if variable.unit is not None else {}
     comment = {"comment": variable.comment} if variable.comment else {}
     return {**units, "long_name": variable.long_name, **comment, "group": variable.group}
@@ -462,73 +455,61 @@ def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
     return str(array.name) in axes or labels or is_parameter or is_time
 
 
-def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
+def _about(sweep: Sweep, layout: Layout, catalogue: Catalogue) -> dict[str, str | int]:
     """The origin of the cube: CF's attributes for people, and JSON for programs."""
     cells = list(layout.cells.flat)
-    versions = _versions(cells)
+    stated = ((name, str(value)) for cell in cells for name, value in cell.result.provenance.items())
+    versions = _collected((name, version) for name, version in stated if name not in ONCE_A_RUN)
+    definitions = _collected((name, one.version) for cell in cells for name, one in cell.result.measurements.items())
     spoken = ", ".join(f"{name} {'/'.join(values)}" for name, values in versions.items())
-    document = sweep.document()
-    title = document.get("title") or document.get("name") or catalogue.title
     numbers = {name for cell in cells for name in cell.result.numbers}
-    predicted = [*catalogue.quantities, *(each.name for each in catalogue.critical)]
+    predicted = [*catalogue.quantities, *(diameter.name for diameter in catalogue.critical)]
     laws = [law for law in catalogue.laws if law.quantity in predicted]
     json_text = partial(json.dumps, ensure_ascii=False, sort_keys=True)
     return {
         "Conventions": "CF-1.11",
-        "title": title,
-        "institution": document.get("institution") or "not stated",
+        "title": sweep.title,
+        "institution": "not stated",
         "source": f"{catalogue.title}; material point method, whipple {spoken}".strip(),
         "history": f"cube assembled from {len(cells)} runs",
         "references": "; ".join(dict.fromkeys(law.source for law in laws)) or "none",
         "comment": "Each cell is a run. NaN marks a value that a run does not have: run_state and run_reason give "
         "the reason where the run has no result, the flags of the quantity where it has one.",
         "schema_version": declared.SCHEMA_VERSION,
-        "scenario": document["scenario"],
+        "scenario": sweep.scenario,
         "scenario_title": catalogue.title,
         "axes": " ".join(_names(layout.axes)),
         "refinements": " ".join(_names(layout.refinements)),
         "quantities": " ".join(catalogue.quantities),
         "undeclared_numbers": " ".join(sorted(numbers - {number.name for number in audit.audit_numbers()})),
-        "sweep": json_text(document),
+        "sweep": json_text(sweep.document()),
         "materials": json_text(catalogue.materials),
-        "compared_shots": json_text([asdict(each) for each in catalogue.compared_shots]),
+        "compared_shots": json_text([asdict(shots) for shots in catalogue.compared_shots]),
         "software": json_text(versions),
-        "measurement_versions": json_text(_definitions(cells)),
+        "measurement_versions": json_text(definitions),
         "vocabulary": json_text(_vocabulary(layout, catalogue)),
     }
 
 
-def _vocabulary(layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
+def _vocabulary(layout: Layout, catalogue: Catalogue) -> dict[str, Plain]:
     """The words of the sweep from which the names of the cube are made."""
     parts = {name: _parts(layout, name) for name in catalogue.quantities}
     return {
         "axes": layout.dims,
         "refinements": _names(layout.refinements),
-        "quantities": {each.name: [each.unit, each.meaning] for each in catalogue.quantities.values()},
-        "parameters": {each.name: [each.kind, each.unit, each.meaning] for each in catalogue.parameters.values()},
+        "quantities": {q.name: [q.unit, q.meaning] for q in catalogue.quantities.values()},
+        "parameters": {p.name: [p.kind, p.unit, p.meaning] for p in catalogue.parameters.values()},
         "parts": {name: stated for name, stated in parts.items() if stated},
     }
 
 
-def _names(axes: Sequence[Any]) -> list[str]:
+def _names(axes: Sequence[Axis]) -> list[str]:
     return [variable_name(axis.name) for axis in axes]
 
 
-def _versions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
-    """Every version that a run of this cube was computed with, by what it is a version of."""
-    return _collected(
-        (name, str(value)) for cell in cells for name, value in cell.result.provenance.items() if name not in ONCE_A_RUN
-    )
-
-
-def _definitions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
-    """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
-    return _collected((name, measured.version) for cell in cells for name, measured in cell.result.measurements.items())
-
-
-def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
+def _collected(pairs: Iterable[tuple[str, Version]]) -> dict[str, list[Version]]:
     """The values of each name, each once; names and values sorted."""
-    values: dict[str, set[Any]] = {}
+    values: dict[str, set[Version]] = {}
     for name, value in pairs:
         values.setdefault(name, set()).add(value)
     return {name: sorted(values[name]) for name in sorted(values)}
@@ -537,13 +518,13 @@ def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
 # ---- files ---------------------------------------------------------------------------------------
 
 
-def _encoding(name: str, array: xr.Variable) -> dict[str, Any]:
+def _encoding(name: str, array: xr.Variable) -> dict[str, float | tuple[int, ...] | None]:
     """float64 as it is, deflated lightly; coordinates and flags have no fill value (CF)."""
     if array.dtype.kind in "OUT":
         return {}
     # An auxiliary coordinate may have gaps, as the times after the end of a run; that of a dimension has none.
     number = array.dtype.kind == "f" and array.dims != (name,)
-    fill = {"_FillValue": np.nan if number else None}
+    fill: dict[str, float | tuple[int, ...] | None] = {"_FillValue": np.nan if number else None}
     if not array.dims:
         return fill
     # The whole variable, or as many rows of its first dimension as make a chunk.

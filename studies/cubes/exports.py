@@ -1,16 +1,90 @@
-"""A cube as Zarr and as a table; called by the command line, and by the service in a child process."""
+"""A cube as tables and as Zarr; called by the command line, by publishing, and by the service in a child process.
+
+``runs.csv`` has one row a run, in SI with the unit of each column in its heading; ``runs-all.csv`` is the same table
+with every column.
+"""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from studies.cubes import points, reading
+from studies.cubes import variables as declared
+from studies.cubes.long_texts import short_texts
+from studies.cubes.variable import Group
 from studies.quantities.files import write_text, zipped
 from studies.quantities.findings import MissingExtra
 
-if TYPE_CHECKING:
-    from xarray import Dataset
+RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
+GROUPS: tuple[Group, ...] = ("parameter", "result", "detail", "run", "audit")
 
 
-def export_zarr(dataset: "Dataset", out: Path) -> Path:
+def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
+    """The table as CSV: run, axes, and value, uncertainty and flags of each main quantity.
+
+    With ``every_column`` also all other results, parts of uncertainties, other parameters and the audit. Numbers have
+    every digit; an empty cell has no value. States and flags are words, several separated by spaces. Laws and converged
+    values belong to points, not to runs: they are in the cube alone, and so is the full text of a deck.
+    """
+    columns = {
+        _heading(dataset, name): _column(dataset, name)
+        for name in (_every_name if every_column else _main_names)(dataset)
+    }
+    return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")
+
+
+def _first_names(dataset: xr.Dataset) -> list[str]:
+    """Identity, state and flags of a run, and its place on the axes."""
+    axes = (*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split())
+    return [*(variable.named() for variable in RUN_COLUMNS), *axes]
+
+
+def _main_names(dataset: xr.Dataset) -> list[str]:
+    """The variables that a person reads, of each run."""
+    of_quantity = (declared.VALUE, declared.UNCERTAINTY, declared.OVER_DIAMETER, declared.FLAGS)
+    quantities = points.main_quantities(dataset)
+    named = (v.named(name) for name in quantities for v in of_quantity if v.is_in(dataset, name))
+    return [*_first_names(dataset), *named]
+
+
+def _every_name(dataset: xr.Dataset) -> list[str]:
+    """The variables with one value a run: identity, axes, results, then the rest by group."""
+    runs = set(dataset.run_state.dims)
+    of_runs = [
+        str(name)
+        for group in GROUPS
+        for name, array in dataset.variables.items()
+        if array.attrs.get("group") == group
+        and (group == "parameter" or (array.dims == dataset.run_state.dims))
+        and set(array.dims) <= runs
+    ]
+    results = [name for name in of_runs if dataset[name].attrs["group"] == "result"]
+    return list(dict.fromkeys([*_first_names(dataset), *results, *of_runs]))
+
+
+def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable for each run, (runs,); flags in words."""
+    array = dataset[name]
+    values = reading.by_run(dataset, array.variable).ravel()
+    if array.dtype.kind in "OUT":
+        short = short_texts(dataset[[name]])
+        return np.array([short.get(text, text) for text in values], object)
+    if "flag_masks" in array.attrs:
+        return np.array([" ".join(words) for words in reading.flag_words(array)], object)
+    if "flag_meanings" in array.attrs:
+        return np.array(array.attrs["flag_meanings"].split(), object)[values]
+    return values
+
+
+def _heading(dataset: xr.Dataset, name: str) -> str:
+    """A name with its unit, as a table of shots has it: "speed [m s-1]"."""
+    unit = dataset[name].attrs.get("units", "1")
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def export_zarr(dataset: xr.Dataset, out: Path) -> Path:
     """Write a cube as a Zarr store: a folder, or one file where the name ends in ``.zip``. Raises MissingExtra.
 
     Zarr 2 with consolidated metadata, which every reader knows: strings are no part of the specification of Zarr 3 yet.
@@ -27,8 +101,6 @@ def export_zarr(dataset: "Dataset", out: Path) -> Path:
     return out
 
 
-def export_csv(dataset: "Dataset", out: Path) -> Path:
+def export_csv(dataset: xr.Dataset, out: Path) -> Path:
     """Write the runs of a cube as a table with every column."""
-    from studies.cubes.runs_table import runs_csv
-
     return write_text(out, runs_csv(dataset, every_column=True))

@@ -5,72 +5,60 @@ The runs of a search stand along ``run``, each with the value that it tried, as 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
-from studies.cubes.variable import Variable
+from studies.cubes.variable import Column, Variable
 from studies.cubes.variables import parameter_variable
-from studies.quantities.parameters import Parameter
+from studies.quantities.parameters import Parameter, Value
 from studies.runs.results import RunResult
-from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, outcome_in
+from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, decided
 
 SEARCH = "search"
 VERDICTS = tuple(SearchVerdict)
 # States of a run that may have a result later.
 UNFINISHED = ("cancelled", "running", "pending", "missing")
 
-Searched = Sequence[tuple[Mapping[str, Any], SearchedLimit]]  # by the values of the other axes
+Searched = Sequence[tuple[Mapping[str, Value], SearchedLimit]]  # by the values of the other axes
 
 # A record is a ``SearchedLimit``; numbers have the unit of the axis.
-LIMIT = Variable(
+_of_search = partial(Variable, dims=(SEARCH,), group="result")
+
+LIMIT = _of_search(
     "limit",
     "middle of the interval in which the searched outcome changes from 0 to 1; NaN: not bracketed",
     lambda limit: limit.value,
-    (SEARCH,),
     label="limit",
-    group="result",
 )
-LOWER = replace(
-    LIMIT,
-    name="limit_lower",
-    meaning="highest value with the outcome 0 below the lowest with 1",
-    pick=lambda limit: limit.lower,
+LOWER = _of_search(
+    "limit_lower",
+    "highest value with the outcome 0 below the lowest with 1",
+    lambda limit: limit.lower,
     label="limit, lower end",
 )
-UPPER = replace(
-    LIMIT,
-    name="limit_upper",
-    meaning="lowest value with the outcome 1 above the highest with 0",
-    pick=lambda limit: limit.upper,
+UPPER = _of_search(
+    "limit_upper",
+    "lowest value with the outcome 1 above the highest with 0",
+    lambda limit: limit.upper,
     label="limit, upper end",
 )
-COUNT = Variable(
-    "limit_runs",
-    "number of runs of the search",
-    lambda limit: len(limit.tried),
-    (SEARCH,),
-    "1",
-    "integer",
-    group="result",
+COUNT = _of_search(
+    "limit_runs", "number of runs of the search", lambda limit: len(limit.tried), unit="1", kind="integer"
 )
-VERDICT = Variable(
+VERDICT = _of_search(
     "limit_verdict",
     "bracketed; non-monotone where a 1 lies below a 0; not bracketed; unfinished",
     lambda limit: limit.verdict,
-    (SEARCH,),
     kind="flag",
     meanings=VERDICTS,
     label="limit, verdict",
-    group="result",
 )
-REASON = Variable(
+REASON = _of_search(
     "limit_reason",
     "reason why there is no limit, or why its interval is wider than asked",
     lambda limit: limit.reason,
-    (SEARCH,),
     kind="text",
-    group="result",
 )
 
 
@@ -78,18 +66,17 @@ def outcome_of(result: RunResult, quantity: str) -> LimitOutcome | str:
     """The outcome of a run by its result, or its state where it has not ended."""
     if result.state in UNFINISHED:
         return "unfinished"
-    measured = result.measurements.items()
-    plain = {name: {"value": each.value, "flags": each.flags} for name, each in measured if name == quantity}
-    return outcome_in({"measurements": plain} if result.state == "succeeded" else None, quantity)
+    measured = result.measurements.get(quantity) if result.state == "succeeded" else None
+    return decided(measured.value, measured.flags) if measured else None
 
 
 def columns_of(
     limits: Searched, axis: Parameter, parameters: Mapping[str, Parameter], about: Mapping[str, str]
-) -> list[tuple[Variable, np.ndarray, Mapping[str, Any]]]:
+) -> list[Column]:
     """The variables of limits of an axis with their values; ``about`` are attributes of the limit itself."""
     records = np.empty(len(limits), object)
     records[:] = [limit for _, limit in limits]
-    columns: list[tuple[Variable, np.ndarray, Mapping[str, Any]]] = []
+    columns: list[Column] = []
     for name in limits[0][0]:
         variable = parameter_variable(parameters[name], (SEARCH,))
         values = np.array([at[name] for at, _ in limits], object)

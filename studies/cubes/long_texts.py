@@ -2,9 +2,10 @@
 
 import hashlib
 from collections.abc import Mapping
-from typing import Any
 
 import xarray as xr
+
+from studies.quantities.parameters import Plain
 
 LONGEST_NAME = 60  # characters of a first line
 DIGITS = 16  # of the digest: two texts of one report do not share so many
@@ -33,7 +34,7 @@ def shortened(text: str) -> str:
     return f"{name[:LONGEST_NAME]} ({len(lines)} lines, SHA-256 {digest})"
 
 
-def with_short_texts(plain: Any, short: Mapping[str, str]) -> Any:
+def with_short_texts(plain: Plain, short: Mapping[str, str]) -> Plain:
     """Plain objects with the short forms, in keys, values and the middle of sentences."""
     if not short:
         return plain
@@ -42,7 +43,7 @@ def with_short_texts(plain: Any, short: Mapping[str, str]) -> Any:
             plain = plain.replace(text, form)
         return plain
     if isinstance(plain, Mapping):
-        return {with_short_texts(k, short): with_short_texts(v, short) for k, v in plain.items()}
+        return {str(with_short_texts(k, short)): with_short_texts(v, short) for k, v in plain.items()}
     if isinstance(plain, list | tuple):
-        return [with_short_texts(each, short) for each in plain]
+        return [with_short_texts(item, short) for item in plain]
     return plain

@@ -9,17 +9,19 @@ leaves; those that it throws out are named and not counted. Both come from store
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
-from studies.cubes.cells import MISSING, Cell
-from studies.runs.results import RunResult
-from studies.sweeps.screening import CONTRIBUTIONS, FAILURE, contributions_of, failures_of, thrown_out
+from studies.cubes.cells import MISSING, Cell, Results
+from studies.quantities.parameters import Value
+from studies.runs.run import Run
+from studies.sweeps.screening import CONTRIBUTIONS, FAILURE, Screen, contributions_of, failures_of, thrown_out
+from studies.sweeps.sweep import Sweep
 
 STORED = Path(__file__).with_name("sensitivities.json")
 NOT_ASSESSED = "not assessed"
@@ -28,6 +30,21 @@ ROUND_OFF = 1e-9  # relative
 
 Assess = Callable[[Cell, str], "ModelPart"]
 Told = Callable[[float, Mapping[str, float]], dict[str, float]]  # by a base, and the answers by each change
+
+
+class Stored(TypedDict):
+    """The stored answers of runs of a metal in a scenario."""
+
+    scenario: str
+    family: str  # of the metal, as laws mean it
+    alloy: str
+    material: str
+    failure: str  # of every run but those that change it
+    speeds: list[float]  # m/s
+    parameters: dict[str, Value]
+    command: str  # that computed them
+    physics: int
+    quantities: dict[str, dict[str, list[float | None]]]  # by quantity and change, at each speed
 
 
 @dataclass(frozen=True)
@@ -54,13 +71,13 @@ class ModelPart:
     thrown_out: tuple[str, ...] = ()  # failures with a known answer that do not count
 
 
-def assessment(sweep: Any, results: Mapping[str, RunResult]) -> Assess:
+def assessment(sweep: Sweep, results: Results) -> Assess:
     """The function that assesses a quantity of a cell, by the sweep's ``model_part``."""
     if sweep.model_part == "none":
         return lambda cell, quantity: ModelPart(None, f"{NOT_ASSESSED}: model_part is none")
     if sweep.model_part == "screen":
-        screened = _Screened(sweep, results)
-        return lambda cell, quantity: _part(cell, quantity, *screened.told(cell, quantity))
+        middle, screens = sweep.screening()
+        return lambda cell, quantity: _part(cell, quantity, *_screened(cell, quantity, middle, screens, results))
     return _stored
 
 
@@ -76,13 +93,13 @@ def _part(
     texts = [
         f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}" for name in CONTRIBUTIONS
     ]
-    every = {str(_failure(cell)): 0.0, **failures} if failures else {}
+    every = {str(cell.parameters.get(FAILURE)): 0.0, **failures} if failures else {}
     counted = {name: share for name, share in every.items() if name not in thrown_out()}
     excluded = {name: share for name, share in failures.items() if name in thrown_out()}
     ends = {pick(counted, key=counted.__getitem__): None for pick in (min, max)} if counted else {}
     texts.append(f"{FAILURE} {', '.join(_with(name, counted[name]) for name in ends) or NOT_ASSESSED}")
     if excluded:
-        texts.append(f"thrown out: {', '.join(_with(*each) for each in excluded.items())}")
+        texts.append(f"thrown out: {', '.join(_with(*share) for share in excluded.items())}")
     moved = {name: measured.value * share for name, share in counted.items()}
     return ModelPart(
         abs(measured.value) * math.hypot(*shares.values()) if shares else None,
@@ -106,19 +123,14 @@ def _side(moved: Mapping[str, float]) -> Side | None:
     return Side(moved[farthest], farthest) if moved[farthest] > 0.0 else Side(0.0, "")
 
 
-def _failure(cell: Cell) -> str | None:
-    """The failure of a run; None where its scenario has none to choose, or nothing but its id is known."""
-    return cell.run.parameters.get(FAILURE) if cell.is_resolved else None
-
-
 # ---- stored --------------------------------------------------------------------------------------
 
 
 @cache
-def classes() -> list[Mapping[str, Any]]:
+def classes() -> list[Stored]:
     """What is stored: answers of the runs of a metal in a scenario, by quantity, change and speed."""
-    classes: list[Mapping[str, Any]] = json.loads(STORED.read_text(encoding="utf-8"))
-    return classes
+    stored: list[Stored] = json.loads(STORED.read_text(encoding="utf-8"))
+    return stored
 
 
 def _stored(cell: Cell, quantity: str) -> ModelPart:
@@ -126,102 +138,100 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
 
     A contribution or failure that the metal has no sources for is that of the first metal of its family that has them.
     """
-    if not cell.is_resolved:
+    if cell.run is None:
         return ModelPart(None, "")
-    scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
-    alike = [
-        each
-        for each in classes()
-        if (each["scenario"], each["family"]) == (scenario, target.get("family")) and quantity in each["quantities"]
-    ]
+    scenario, target = cell.run.scenario, cell.run.materials.get("target")
+    family, alloy = (target.family, target.alloy) if target else (None, None)
+    of_family = [one for one in classes() if (one["scenario"], one["family"]) == (scenario, family)]
+    alike = [one for one in of_family if quantity in one["quantities"]]
     if not alike:
-        metal = target.get("name", "no target")
+        metal = target.name if target else "no target"
         return _part(cell, quantity, {}, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
-    alike.sort(key=lambda each: bool(each["alloy"] != target.get("alloy")))  # its own alloy first
-    parameters, entry = cell.run.parameters, alike[0]
+    alike.sort(key=lambda one: one["alloy"] != alloy)  # its own alloy first
+    parameters, entry = cell.parameters, alike[0]
+    own_failure = parameters.get(FAILURE)
     shares: dict[str, float] = {}
     failures: dict[str, float] = {}
     borrowed = []
-    for each in alike:
-        at = (each, quantity, float(parameters.get("speed") or each["speeds"][0]))
-        for known, more in ((shares, stored_shares(*at)), (failures, stored_failures(*at, _failure(cell)))):
+    for one in alike:
+        at = (one, quantity, float(parameters.get("speed") or one["speeds"][0]))
+        for known, more in ((shares, stored_shares(*at)), (failures, stored_failures(*at, own_failure))):
             for name in [name for name in more if name not in known]:
                 known[name] = more[name]
-                borrowed += [f"{name} of {each['material']}"] if each is not entry else []
+                borrowed += [f"{name} of {one['material']}"] if one is not entry else []
     ratio = _thickness_ratio(entry["parameters"])
     plate = "" if ratio is None else f"t/d {ratio:g}, "
     speeds = f"{min(entry['speeds']) / 1e3:g} to {max(entry['speeds']) / 1e3:g} km/s"
     cells = f"{entry['parameters']['cells_per_diameter']:g} cells a diameter"
     metal = ", ".join([entry["material"], *borrowed])
     source = f"stored: {metal} at {plate}{speeds}, {cells}, physics {entry['physics']}, {entry['command']}"
-    alloy = "" if entry["alloy"] == target.get("alloy") else str(entry["alloy"])
-    return replace(_part(cell, quantity, shares, failures, source), distance=_distance(parameters, entry), alloy=alloy)
+    part, other = _part(cell, quantity, shares, failures, source), "" if entry["alloy"] == alloy else entry["alloy"]
+    return replace(part, distance=_distance(parameters, entry), alloy=other)
 
 
-def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict[str, float]:
+def stored_shares(entry: Stored, quantity: str, speed: float) -> dict[str, float]:
     """The contributions to a quantity at a speed (m/s)."""
     return _at_speed(entry, quantity, speed, contributions_of)
 
 
-def stored_failures(entry: Mapping[str, Any], quantity: str, speed: float, failure: str | None) -> dict[str, float]:
+def stored_failures(entry: Stored, quantity: str, speed: float, failure: Value) -> dict[str, float]:
     """The relative differences of a quantity with other failures from that with one of them, at a speed (m/s)."""
-    return _at_speed(entry, quantity, speed, partial(failures_of, own=entry[FAILURE], of=failure))
+    return _at_speed(entry, quantity, speed, partial(failures_of, own=entry["failure"], of=failure))
 
 
-def _at_speed(entry: Mapping[str, Any], quantity: str, speed: float, told: Told) -> dict[str, float]:
+def _at_speed(entry: Stored, quantity: str, speed: float, told: Told) -> dict[str, float]:
     """What the stored answers tell at a speed (m/s), each number linear between the stored speeds that have it."""
     answers = entry["quantities"][quantity]
     known: dict[str, list[tuple[float, float]]] = {}
     for place, (stored, base) in enumerate(zip(entry["speeds"], answers[BASE], strict=True)):
-        others = {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None}
+        others = {n: v for n, values in answers.items() if n != BASE and (v := values[place]) is not None}
         for name, share in told(base, others).items() if base else ():
             known.setdefault(name, []).append((stored, share))
     return {name: float(np.interp(speed, *np.transpose(pairs))) for name, pairs in known.items()}
 
 
-def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:
+def _distance(parameters: Mapping[str, Value], entry: Stored) -> float | None:
     """The largest factor between speed and t/d of a run and the nearest of an entry; 1 inside, None without both."""
     measured, ratio = _thickness_ratio(entry["parameters"]), _thickness_ratio(parameters)
-    sides = ((parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])), (ratio, measured, measured))
-    factors = [max(low / value, value / high) for value, low, high in sides if value and low and high]
+    sides = (parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])), (ratio, measured, measured)
+    known = [(float(value), low, high) for value, low, high in sides if value and low and high]
+    factors = [max(low / value, value / high) for value, low, high in known]
     return max((factor if factor > 1.0 + ROUND_OFF else 1.0 for factor in factors), default=None)
 
 
-def _thickness_ratio(parameters: Mapping[str, Any]) -> float | None:
+def _thickness_ratio(parameters: Mapping[str, Value]) -> float | None:
     """Thickness of a thin plate over the diameter of its projectile."""
     thickness, diameter = parameters.get("plate_thickness"), parameters.get("projectile_diameter")
-    return thickness / diameter if thickness and diameter else None
+    if not isinstance(thickness, float) or not isinstance(diameter, float):
+        return None
+    return thickness / diameter
 
 
 # ---- screened ------------------------------------------------------------------------------------
 
 
-class _Screened:
-    """The answers of the screening runs of a sweep."""
+def _screened(
+    cell: Cell, quantity: str, middle: Run, screens: Iterable[Screen], results: Results
+) -> tuple[Mapping[str, float], Mapping[str, float], str]:
+    """The contributions to a quantity, its differences with failures other than that of a cell, and their source;
+    without any, why.
+    """
 
-    def __init__(self, sweep: Any, results: Mapping[str, RunResult]) -> None:
-        self.middle, self.screens = sweep.screening()
-        self.results = results
-
-    def told(self, cell: Cell, quantity: str) -> tuple[Mapping[str, float], Mapping[str, float], str]:
-        """The contributions to a quantity, its differences with failures other than that of a cell, and their source;
-        without any, why.
-        """
-        base = self._value(self.middle.id, quantity)
-        if not base:
-            return {}, {}, "the run at the middle of the sweep has no value"
-        answers, lacking = {}, []
-        for screen in self.screens:
-            value = None if screen.run is None else self._value(screen.run.id, quantity)
-            if value is not None:
-                answers[screen.name] = value
-            else:
-                lacking.append(f"{screen.name}: {screen.reason or 'its screening run has no value'}")
-        failures = failures_of(base, answers, self.middle.parameters.get(FAILURE), _failure(cell))
-        source = "; ".join(["screening runs at the middle of the sweep", *lacking])
-        return contributions_of(base, answers), failures, source
-
-    def _value(self, run_id: str, quantity: str) -> float | None:
-        result = self.results.get(run_id, MISSING)
+    def value_of(run: Run) -> float | None:
+        result = results.get(run.id, MISSING)
         measured = result.measurements.get(quantity)
         return measured.value if measured is not None and result.state == "succeeded" else None
+
+    base = value_of(middle)
+    if not base:
+        return {}, {}, "the run at the middle of the sweep has no value"
+    answers, lacking = {}, []
+    for screen in screens:
+        value = None if screen.run is None else value_of(screen.run)
+        if value is not None:
+            answers[screen.name] = value
+        else:
+            lacking.append(f"{screen.name}: {screen.reason or 'its screening run has no value'}")
+    failures = failures_of(base, answers, middle.parameters.get(FAILURE), cell.parameters.get(FAILURE))
+    source = "; ".join(["screening runs at the middle of the sweep", *lacking])
+    return contributions_of(base, answers), failures, source

@@ -6,16 +6,16 @@ A cube without refinements is its own points. Laws, observations and figures loo
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import Convergence, Sample, levels_of
+from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.variable import Variable
 from studies.quantities.measured import MESH, NOT_COMPARED
+from studies.quantities.parameters import Value
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 SAME = 1e-9  # relative: values of an axis that differ by less are the same value written twice
@@ -58,12 +58,13 @@ def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
     return reading.by_run(dataset, dataset.variables[name]).ravel()
 
 
-def plain(value: Any) -> float | str:
+def plain(value: Value) -> float | str:
     """A coordinate's value as a float or a text of Python's own."""
+    assert value is not None
     return str(value) if isinstance(value, str) else float(value)
 
 
-def is_same(value: Any, other: Any, within: float = SAME) -> bool:
+def is_same(value: float | str, other: float | str, within: float = SAME) -> bool:
     """Whether two values of an axis are one: equal texts, or numbers that differ by no more than this share."""
     if isinstance(value, str) or isinstance(other, str):
         return bool(value == other)
@@ -169,32 +170,19 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
     several = RESOLUTION in refinements_of(dataset)
     cells = dataset[RESOLUTION] if several else xr.DataArray(1.0)  # one alone has no name
     spacings = _flat((1.0 / cells).broadcast_like(dataset.run_state), dataset)
-    columns = [variable.of(dataset, name).values.ravel() for variable in cubes.NUMBERS_OF_CONVERGENCE]
-    columns += [verdicts_of(dataset, name).values.ravel(), cubes.VERDICT_REASON.of(dataset, name).values.ravel()]
+    columns = [variable.of(dataset, name).values.ravel() for variable in cubes.OF_CONVERGENCE]
     rows = zip(*columns, strict=True)
     for number, (sizes, values, row) in enumerate(zip(spacings, by_point, rows, strict=True)):
-        value, _, mesh, offsets, measurement, order, extrapolated, gci, verdict, reason = row
-        samples = (Sample(float(h), float(value)) for h, value in zip(sizes, values, strict=True))
-        converged = Convergence(
-            str(verdict),  # type: ignore[arg-type] # of an older cube: of the rules that made it
-            str(reason),
-            float(value),
-            float(mesh),
-            float(offsets),
-            float(measurement),
-            float(order),
-            float(extrapolated),
-            float(gci),
-            levels_of(samples),
-        )
-        yield Refined(number, sizes, values, converged)
+        value, _, mesh, offsets, measurement, order, extrapolated, gci = map(float, row[:-2])
+        levels = levels_of(Sample(float(h), float(value)) for h, value in zip(sizes, values, strict=True))
+        parts = (value, mesh, offsets, measurement, order, extrapolated, gci)
+        yield Refined(number, sizes, values, Convergence(VERDICTS[row[-2]], str(row[-1]), *parts, levels))
 
 
 def verdicts_of(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """The verdict on the convergence of a quantity at each point, in the cube's own words: an older one has others."""
+    """The verdict on the convergence of a quantity at each point, in words."""
     verdicts = cubes.VERDICT.of(dataset, name)
-    words = [word.replace("_", " ") for word in str(verdicts.attrs["flag_meanings"]).split()]
-    return verdicts.copy(data=np.asarray(np.take(words, verdicts.values)))
+    return verdicts.copy(data=np.asarray(np.take(VERDICTS, verdicts.values)))
 
 
 def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.Variable:
@@ -230,7 +218,7 @@ def _model_part(dataset: xr.Dataset, name: str) -> dict[str, xr.Variable]:
 
     first = np.isfinite(by_point(simulated_values(dataset, name))).argmax(-1, keepdims=True)
     chosen = {}
-    for part in (each for each in dataset.data_vars if str(each).startswith(cubes.MODEL_PART.named(name))):
+    for part in (part for part in dataset.data_vars if str(part).startswith(cubes.MODEL_PART.named(name))):
         stored = dataset.variables[part]
         values = np.take_along_axis(by_point(reading.by_run(dataset, stored)), first, -1)[..., 0]
         chosen[str(part)] = xr.Variable(kept, values, stored.attrs)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,8 @@ from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
 from studies.quantities.measured import ERROR_UNKNOWN
 
+Item = TypeVar("Item")
+
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
@@ -30,7 +32,7 @@ def critical_of(dataset: xr.Dataset) -> list[str]:
     return [name for name in critical().values() if LAW_LABEL.is_in(dataset, name)]
 
 
-def finite(value: Any) -> Any:
+def finite(value: Item) -> Item | None:
     """A value as JSON has it: None in place of a number that is none."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
@@ -83,19 +85,13 @@ def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
     return variable.set_dims(dict(dataset.variables["run_state"].sizes)).values
 
 
-def _cube_file(path: Path) -> Path:
-    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
+def open_cube(path: Path) -> xr.Dataset:
+    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
     from studies.sweeps.document import no_such_cube
 
     file = path / CUBE if path.is_dir() else path
     if not file.exists():
         raise no_such_cube(file)
-    return file
-
-
-def open_cube(path: Path) -> xr.Dataset:
-    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    file = _cube_file(path)
     try:
         with xr.open_dataset(file) as dataset:
             loaded = dataset.load()

@@ -1,7 +1,7 @@
 """A variable of the cube: name, dimensions, unit, meaning, group, and how its values are picked from records."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -42,7 +42,7 @@ class Variable:
 
     name: str
     meaning: str
-    pick: Callable[[Any], Any]  # the value of one record; None where it has none
+    pick: Callable[..., Any]  # the value of one record; None where it has none
     dims: tuple[str, ...]
     unit: str | None = None  # UDUNITS; None for text and flags
     kind: VariableKind = "number"
@@ -101,6 +101,10 @@ class Variable:
             if picked is not None:
                 values[place] = self.meanings.index(picked) if self.kind == "flag" else picked
         return values
+
+
+# A variable with its values and further attributes.
+Column = tuple[Variable, np.ndarray, Mapping[str, str | np.ndarray]]
 
 
 def variable_name(parameter: str) -> str:

@@ -77,7 +77,7 @@ def observed_parameter(parameter: Parameter) -> Variable:
 _text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
 _number_of_run = partial(Variable, dims=RUNS, group="run")
 
-RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.run.id)
+RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
 STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
@@ -136,6 +136,7 @@ def distribution_variable(distribution: Distribution) -> Variable:
 # ---- of a quantity: a record is a measurement ----------------------------------------------------
 
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
+_words = partial(Variable, dims=RUNS, kind="text")
 
 VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result")
 # As read off the grid of its run, where the expected mesh error is taken off the value.
@@ -154,7 +155,7 @@ UNCERTAINTY = _measured(
     group="result",
 )
 FLAGS = Variable(
-    *("{quantity}_flags", "warnings about {quantity}", lambda each: each.flags, RUNS),
+    *("{quantity}_flags", "warnings about {quantity}", lambda measured: measured.flags, RUNS),
     kind="mask",
     label="{words}, warnings",
 )
@@ -197,12 +198,10 @@ MODEL_PART = _measured(
     lambda assessed: assessed.uncertainty,
     label="{words}, model part",
 )
-MODEL_REASON = Variable(
+MODEL_REASON = _words(
     "{quantity}_model_part_reason",
     "contributions to {quantity}_model_part and their source, or why it is not assessed",
     lambda assessed: assessed.reason,
-    RUNS,
-    kind="text",
     label="{words}, model text",
 )
 
@@ -216,12 +215,10 @@ def _of_side(side: str) -> tuple[Variable, Variable]:
         lambda assessed: (part := getattr(assessed, side)) and part.size,
         label=f"{{words}}, {side} by failure",
     )
-    failure = Variable(
+    failure = _words(
         f"{{quantity}}_model_part_{side}_failure",
         f"failure that makes {{quantity}}_model_part_{side}; empty where none does",
         lambda assessed: (part := getattr(assessed, side)) and part.failure,
-        RUNS,
-        kind="text",
         label=f"{{words}}, {side} failure",
     )
     return size, failure
@@ -229,12 +226,10 @@ def _of_side(side: str) -> tuple[Variable, Variable]:
 
 MODEL_SIDES = (_of_side("lower"), _of_side("upper"))
 BETWEEN_FAILURES = ", "
-MODEL_THROWN_OUT = Variable(
+MODEL_THROWN_OUT = _words(
     "{quantity}_model_part_thrown_out",
     "failures that docs/failure.md throws out: {quantity} with them is known and in no part",
     lambda assessed: BETWEEN_FAILURES.join(assessed.thrown_out),
-    RUNS,
-    kind="text",
     label="{words}, failures out",
 )
 
@@ -249,12 +244,10 @@ MODEL_DISTANCE = Variable(
 )
 
 
-MODEL_ALLOY = Variable(
+MODEL_ALLOY = _words(
     "{quantity}_model_part_alloy",
     "alloy for which {quantity}_model_part was computed, where it is not that of the target",
     lambda assessed: assessed.alloy,
-    RUNS,
-    kind="text",
     label="{words}, model alloy",
 )
 
@@ -271,7 +264,7 @@ def model_contribution(contribution: str) -> Variable:
     )
 
 
-# Over the points: it converges with nothing. A record is the number itself (``cells.definition_part``).
+# Over the points: it converges with nothing. A record is the number itself (``cells.definition_parts``).
 DEFINITION_PART = Variable(
     "{quantity}_definition_part",
     "uncertainty of {quantity} by its definition, no numerical part: half of its difference from a second definition",
@@ -323,7 +316,7 @@ MEASUREMENT_PART = _converged(
 ORDER = _pure(
     "{quantity}_converged_order",
     "observed order of convergence of {quantity}, where converging",
-    lambda each: each.order,
+    lambda point: point.order,
     label="{words}, order",
 )
 EXTRAPOLATED = _converged(
@@ -350,7 +343,7 @@ VERDICT = Variable(
 VERDICT_REASON = Variable(
     "{quantity}_converged_reason",
     "why this verdict",
-    lambda each: each.reason,
+    lambda point: point.reason,
     POINTS,
     kind="text",
     label="{words}, reason",
@@ -390,49 +383,46 @@ CONVERGED_UNCERTAINTY_OVER_DIAMETER = _over_diameter(CONVERGED_UNCERTAINTY)
 # ---- of a law: a record is a law with one of its variants, or its answer -------------------------
 
 _text_of_law = partial(Variable, dims=(LAW,), kind="text")
+_answer = partial(Variable, dims=(*POINTS, LAW))
 EQUATION = "equation: "  # before the word of confidence: it is not about the constants of a material
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
-BY_LAW = Variable(
+BY_LAW = _answer(
     "{quantity}_by_law",
     "{quantity} by published laws",
     lambda answer: answer.value,
-    (*POINTS, LAW),
-    "{unit}",
+    unit="{unit}",
     label="{words} by laws",
     group="result",
 )
-BY_LAW_IN_RANGE = Variable(
+BY_LAW_IN_RANGE = _answer(
     "{quantity}_by_law_in_range",
     "whether the shot lies inside the stated range of the law",
     lambda answer: IN_RANGE[answer.in_range],
-    (*POINTS, LAW),
     kind="flag",
     meanings=IN_RANGE,
     label="{words}, in range",
 )
-BY_LAW_STATUS = Variable(
+BY_LAW_STATUS = _answer(
     "{quantity}_by_law_range_status",
     "how the answer stands to the range of the law",
     lambda answer: answer.status,
-    (*POINTS, LAW),
     kind="flag",
     meanings=tuple(RangeStatus),
     label="{words}, range status",
 )
-BY_LAW_REASON = Variable(
+BY_LAW_REASON = _answer(
     "{quantity}_by_law_reason",
     "why the law is outside its range or has no answer",
     lambda answer: in_words(answer.reasons),
-    (*POINTS, LAW),
     kind="text",
     label="{words}, law reason",
 )
 LAW_VARIANT = _text_of_law("{quantity}_law_variant", "stated choice of constant", lambda choice: choice.variant)
-LAW_NAME = _text_of_law("{quantity}_law_name", "name of the law", lambda each: each.law.name)
-LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda each: each.law.title)
+LAW_NAME = _text_of_law("{quantity}_law_name", "name of the law", lambda choice: choice.law.name)
+LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda choice: choice.law.title)
 LAW_EQUATION = _text_of_law("{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation)
-LAW_SOURCE = _text_of_law("{quantity}_law_source", "source of the law", lambda each: each.law.source)
+LAW_SOURCE = _text_of_law("{quantity}_law_source", "source of the law", lambda choice: choice.law.source)
 LAW_RANGE = _text_of_law("{quantity}_law_range", "range of validity", lambda choice: range_in_words(choice.law.range))
 LAW_HAS_RANGE = Variable(
     "{quantity}_law_has_range",
@@ -451,7 +441,7 @@ def _bounds(name: str, meaning: str, symbol: str, unit: str) -> tuple[Variable, 
         Variable(
             f"{{quantity}}_law_{name}_{bound}",
             f"{bound} bound of the {meaning} that a source of the law states; NaN: none",
-            lambda choice, place=place: choice.law.range.bounds(symbol)[place],  # type: ignore[misc]
+            lambda choice, place=place: choice.law.range.bounds(symbol)[place],
             (LAW,),
             unit,
             label=f"{meaning}, {bound} bound of the law",
@@ -464,12 +454,12 @@ def _bounds(name: str, meaning: str, symbol: str, unit: str) -> tuple[Variable, 
 LAW_SPEEDS = _bounds("speed", "speed", SPEED, "m s-1")
 LAW_THICKNESS_RATIOS = _bounds("thickness_ratio", "t/d", THICKNESS_RATIO, "1")
 LAW_CONFIDENCE = _text_of_law(
-    "{quantity}_law_confidence", "confidence in the equation", lambda each: EQUATION + each.law.confidence
+    "{quantity}_law_confidence", "confidence in the equation", lambda choice: EQUATION + choice.law.confidence
 )
 LAW_SCATTER = Variable(
     "{quantity}_law_scatter",
     "published scatter of measured values about the law, relative standard deviation; NaN: not published",
-    lambda each: each.law.scatter,
+    lambda choice: choice.law.scatter,
     (LAW,),
     "1",
     label="relative scatter about the law",
@@ -502,12 +492,7 @@ OBSERVATION_DIAMETER = _of_shot(
     unit="m",
 )
 OBSERVED = _of_shot(
-    "{quantity}_observed",
-    "{meaning}, as observed",
-    lambda shot: shot.value,
-    unit="{unit}",
-    label="{words}, observed",
-    group="observation",
+    "{quantity}_observed", "{meaning}, as observed", lambda shot: shot.value, unit="{unit}", label="{words}, observed"
 )
 OBSERVED_UNCERTAINTY = _of_shot(
     "{quantity}_observed_uncertainty",
@@ -515,13 +500,12 @@ OBSERVED_UNCERTAINTY = _of_shot(
     lambda shot: shot.uncertainty,
     unit="{unit}",
     label="{words}, shot error",
-    group="observation",
 )
 OBSERVED_BOUNDS = tuple(
     _of_shot(
         f"{{quantity}}_observed_{bound}",
         f"{bound} bound of {{quantity}} where a range alone is published",
-        lambda shot, place=place: shot.bounds and shot.bounds[place],  # type: ignore[misc]
+        lambda shot, place=place: shot.bounds and shot.bounds[place],
         unit="{unit}",
         label=f"{{words}}, {bound} bound",
     )

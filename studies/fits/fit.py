@@ -12,6 +12,7 @@ from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
 from studies.quantities.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model
@@ -326,7 +327,7 @@ def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
         "left_out": sum(measured.left_out.values()),
         "left_out_by_reason": dict(measured.left_out),
         "fits": [
-            {"form": each.form.name, "reason": each.reason}
+            dict[str, Plain](form=each.form.name, reason=each.reason)
             if each.solution is None
             else {
                 **each.law().document(),

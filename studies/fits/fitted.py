@@ -14,6 +14,7 @@ from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.parameters import Plain
 from studies.quantities.units import is_number, parse_quantity, readable
 
 KEYS = ("law", "title", "quantity", "form", "equation", "constants", "level", "points", "scatter", "range", "source")
@@ -56,9 +57,9 @@ class FittedLaw:
     range: FittedRange
     source: str
 
-    def document(self) -> dict[str, object]:
+    def document(self) -> dict[str, Plain]:
         """The law as plain values that ``read_law`` reads as itself."""
-        limits: dict[str, object] = {"speed": [readable(end, "m s-1") for end in self.range.speed]}
+        limits: dict[str, Plain] = {"speed": [readable(end, "m s-1") for end in self.range.speed]}
         if self.range.thickness_ratio is not None:
             limits["thickness_ratio"] = list(self.range.thickness_ratio)
         return {

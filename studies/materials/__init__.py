@@ -19,13 +19,12 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
 
 from solver.registry import points
 from studies.materials.reader import read_document, read_toml
 from studies.materials.schema import CONFIDENCES, Material, Model
 from studies.quantities.findings import nearest_cure, refusal
-from studies.quantities.parameters import join
+from studies.quantities.parameters import Plain, join
 
 __all__ = ["CONFIDENCES", "Material", "Model", "load", "names", "read_own"]
 
@@ -35,7 +34,7 @@ def names() -> list[str]:
     return list(_folders())
 
 
-def load(source: str | Path | Mapping[str, Any]) -> Material:
+def load(source: str | Path | Mapping[str, Plain]) -> Material:
     """A material: one that ships by its name, a TOML file by its path, or a document.
 
     Raises InvalidInput: with the nearest name, or with every finding in the document.
@@ -49,7 +48,7 @@ def load(source: str | Path | Mapping[str, Any]) -> Material:
     return _shipped(source)
 
 
-def read_own(document: Any, path: str = "", name: str | None = None) -> Material:
+def read_own(document: Plain, path: str = "", name: str | None = None) -> Material:
     """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput.
 
     ``path`` goes before each key in a finding; ``name`` is that under which the document stands.

@@ -2,9 +2,9 @@
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from decimal import Decimal
-from typing import Any
 
 from studies.materials.schema import (
     CONFIDENCES,
@@ -17,10 +17,9 @@ from studies.materials.schema import (
     YieldStress,
     models,
     record_of,
-    section_of,
 )
-from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
-from studies.quantities.parameters import Parameter, declared, join, missing, parse_value
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
+from studies.quantities.parameters import Parameter, Plain, Value, declared, join, missing, parse_value
 from studies.quantities.units import convert, exact_number, round_quantity
 
 STATED = "stated by the user"  # the source of a number that names none
@@ -29,7 +28,7 @@ LONGEST_TEXT = 200  # characters of a title
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
-def read_toml(text: str, file: str) -> dict[str, Any]:
+def read_toml(text: str, file: str) -> dict[str, Plain]:
     """A TOML text with exact decimals; raises InvalidInput that names the file."""
     try:
         return tomllib.loads(text, parse_float=Decimal)
@@ -37,7 +36,9 @@ def read_toml(text: str, file: str) -> dict[str, Any]:
         raise refusal(file, str(error), "a TOML document", "correct the line named") from None
 
 
-def read_document(document: Any, *, name: str | None = None, path: str = "", base: Material | None = None) -> Material:
+def read_document(
+    document: Plain, *, name: str | None = None, path: str = "", base: Material | None = None
+) -> Material:
     """The material of a document; ``name`` where the document stands under a name of its own.
 
     ``path`` goes before each key in a finding; ``base`` gives what the document leaves out. Raises InvalidInput with
@@ -49,7 +50,7 @@ def read_document(document: Any, *, name: str | None = None, path: str = "", bas
     return _MaterialReading(document, name, path, base).material()
 
 
-def _changed(base: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, Any]:
+def _changed(base: Mapping[str, Plain], document: Mapping[str, Plain]) -> dict[str, Plain]:
     """The document of a base with what another one gives; a section of another kind is another section."""
     changed = {**base, **document}
     for section in SECTIONS:
@@ -63,11 +64,10 @@ def _changed(base: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, 
 class _MaterialReading:
     """A document being read: the numbers with their sources, and the findings."""
 
-    def __init__(self, document: Mapping[str, Any], name: str | None, path: str, base: Material | None):
+    def __init__(self, document: Mapping[str, Plain], name: str | None, path: str, base: Material | None):
         taken = {} if base is None else base.document()
         taken = {key: value for key, value in taken.items() if key not in ("name", "title")}
-        named = {} if name is None else {"name": name}
-        self.document = _changed(taken | named, document)
+        self.document = _changed(taken if name is None else {**taken, "name": name}, document)
         self.name = name
         self.path = path
         self.findings = Findings()
@@ -76,32 +76,28 @@ class _MaterialReading:
     def material(self) -> Material:
         """The whole document."""
         self._refuse_unknown(self.document, (*TEXTS, *declared(Scalars), *SECTIONS, "yield_stresses"), "")
-        self.document.setdefault("title", self.document.get("name"))
-        self.document.setdefault("family", self.document.get("name"))
-        self.document.setdefault("alloy", self.document.get("name"))
+        for text in ("title", "family", "alloy"):
+            self.document.setdefault(text, self.document.get("name"))
         self._refuse_absent()
-        texts: dict[str, Any] = {text: self._text(text) for text in TEXTS}
-        scalars: dict[str, Any] = self._record(Scalars, self.document, "")
-        sections: dict[str, Any] = {section: self._section(section) for section in SECTIONS if section in self.document}
-        yields = self._yield_stresses()
-        if self.findings:
-            raise InvalidInput(self.findings)
-        return Material(**texts, **scalars, **sections, yield_stresses=yields, sources=self.sources)
+        plain: dict[str, Plain] = {text: self._text(text) for text in TEXTS}
+        plain |= self._record(Scalars, self.document, "")
+        plain |= {section: self._section(section) for section in SECTIONS if section in self.document}
+        plain["yield_stresses"] = self._yield_stresses()
+        self.findings.check()
+        return replace(Material.from_resolved(plain), sources=self.sources)
 
     def _at(self, key: str) -> str:
         return f"{self.path} {key}" if self.path.endswith(":") else join(self.path, key)
 
-    def _find(self, error: InvalidInput) -> None:
-        self.findings.extend(error.findings)
+    def _refuse(self, key: str, value: Plain, limit: str, cure: str) -> None:
+        self.findings.append(Finding(self._at(key), shown(value), limit, cure))
 
-    def _refuse_unknown(self, raw: Mapping[str, Any], keys: tuple[str, ...], path: str) -> None:
+    def _refuse_unknown(self, raw: Iterable[str], keys: tuple[str, ...], path: str) -> None:
         for key in raw:
             if key not in keys:
-                where = self._at(join(path, key))
                 sections = [] if path else self._sections_with(str(key).rpartition(".")[2])
-                cure = f"write it under {' or '.join(sections)}"
-                cure = cure if sections else nearest_cure(key, keys)
-                self.findings.append(Finding(where, shown(key), "a key of a material", cure))
+                cure = f"write it under {' or '.join(sections)}" if sections else nearest_cure(key, keys)
+                self._refuse(join(path, key), key, "a key of a material", cure)
 
     def _sections_with(self, constant: str) -> list[str]:
         """The sections that have a constant of a name: in the kind that the document gives, else in any."""
@@ -109,11 +105,9 @@ class _MaterialReading:
         for section, record in SECTIONS.items():
             given = self.document.get(section)
             kind = given.get("kind") if isinstance(given, Mapping) else None
-            records = [record] if isinstance(record, type) else []
-            if not records:
-                kinds = models(section)
-                records = [model.record for name, model in kinds.items() if kind in (None, name)]
-            if any(constant in declared(each) for each in records):
+            kinds = {} if isinstance(record, type) else models(section)
+            records = [model.record for name, model in kinds.items() if kind in (None, name)]
+            if any(constant in declared(one) for one in ([record] if isinstance(record, type) else records)):
                 sections.append(section)
         return sections
 
@@ -126,8 +120,7 @@ class _MaterialReading:
             limit = f"a material with {', '.join(needed)}"
             cure = "give them, or name a material that ships as its base"
             value = f"nothing for {', '.join(absent)}"
-            where = self.path.removesuffix(":") or "material"
-            self.findings.append(Finding(where, value, limit, cure))
+            self.findings.append(Finding(self.path.removesuffix(":") or "material", value, limit, cure))
 
     def _text(self, key: str) -> str:
         raw = self.document.get(key)
@@ -138,36 +131,33 @@ class _MaterialReading:
             if self.name not in (None, raw):
                 right, limit = False, f"{self.name}, under which it stands"
         if not right:
-            cure = f"give the material a {key}"
-            self.findings.append(Finding(self._at(key), shown(raw), limit, cure))
+            self._refuse(key, raw, limit, f"give the material a {key}")
         return str(raw).strip()
 
-    def _section(self, section: str) -> Any:
-        """One section's record; None where it was refused."""
+    def _section(self, section: str) -> dict[str, Plain]:
+        """The constants of a section, and its kind where it has kinds; empty where it was refused."""
         raw = self.document[section]
         if not isinstance(raw, Mapping):
-            limit, cure = "the names and values of its constants", f"give {section} with them"
-            self.findings.append(Finding(self._at(section), shown(raw), limit, cure))
-            return None
-        kind = raw.get("kind")
-        try:
-            record = record_of(section, kind, self._at(section))
-        except InvalidInput as error:
-            self._find(error)
-            return None
-        keys = () if record is SECTIONS[section] else ("kind",)
-        self._refuse_unknown(raw, (*keys, *declared(record)), section)
-        before = len(self.findings)
-        values = self._record(record, raw, section)
-        return section_of(section, kind, values) if len(self.findings) == before else None
+            self._refuse(section, raw, "the names and values of its constants", f"give {section} with them")
+            return {}
+        record = self.findings.attempt(record_of, section, raw.get("kind"), self._at(section))
+        if record is None:
+            return {}
+        kind = {} if record is SECTIONS[section] else {"kind": raw["kind"]}
+        self._refuse_unknown(raw, (*kind, *declared(record)), section)
+        return {**kind, **self._record(record, raw, section)}
 
-    def _record(self, record: type, raw: Mapping[str, Any], path: str) -> dict[str, float | None]:
+    def _record(self, record: type, raw: Mapping[str, Plain], path: str) -> dict[str, Value]:
         """The numbers of one record by field name; a field with a default may be left out."""
-        values: dict[str, float | None] = {}
+        values: dict[str, Value] = {}
         absent: list[Parameter] = []
         for parameter in declared(record).values():
             if parameter.name in raw:
-                values[parameter.name] = self._number(parameter, raw, join(path, parameter.name))
+                place = join(path, parameter.name)
+                constant = self.findings.attempt(_constant, parameter, raw[parameter.name], self._at(place))
+                if constant is not None:
+                    self.sources[place] = constant
+                    values[parameter.name] = constant.value
             elif parameter.required and path:
                 absent.append(parameter)
         if len(absent) == 1:
@@ -178,57 +168,34 @@ class _MaterialReading:
             self.findings.append(Finding(self._at(path), f"nothing for {names}", limit, "give them"))
         return values
 
-    def _number(self, parameter: Parameter, raw: Mapping[str, Any], path: str) -> float | None:
-        """One number with its source, noted; None where it was refused, or where it is "none"."""
-        try:
-            quantity = _quantity(parameter, raw[parameter.name], self._at(path))
-        except InvalidInput as error:
-            self._find(error)
-            return None
-        self.sources[path] = quantity
-        return quantity.value
-
-    def _yield_stresses(self) -> tuple[YieldStress, ...]:
+    def _yield_stresses(self) -> list[Plain]:
         raw = self.document.get("yield_stresses", [])
         if not isinstance(raw, list):
-            limit, cure = "a list of yield stresses", "give each with label and value"
-            self.findings.append(Finding(self._at("yield_stresses"), shown(raw), limit, cure))
-            return ()
-        read = [self._yield_stress(stress, index) for index, stress in enumerate(raw)]
-        return tuple(stress for stress in read if stress is not None)
+            self._refuse("yield_stresses", raw, "a list of yield stresses", "give each with label and value")
+            return []
+        read = [self.findings.attempt(self._yield_stress, stress, index) for index, stress in enumerate(raw)]
+        return [stress for stress in read if stress is not None]
 
-    def _yield_stress(self, raw: Any, index: int) -> YieldStress | None:
+    def _yield_stress(self, raw: Plain, index: int) -> dict[str, Value]:
         where = self._at(f"yield_stresses[{index}]")
-        try:
-            label = _label(raw, where)
-            if f"yield_stresses.{label}" in self.sources:
-                raise refusal(f"{where}.label", label, "each label once", "give it another label")
-            numbers = {key: value for key, value in raw.items() if key != "label"}
-            quantity = _quantity(declared(YieldStress)["value"], numbers, where)
-        except InvalidInput as error:
-            self._find(error)
-            return None
-        assert quantity.value is not None
-        self.sources[f"yield_stresses.{label}"] = quantity
-        return YieldStress(label, quantity.value)
+        label = raw.get("label") if isinstance(raw, Mapping) else None
+        if not isinstance(raw, Mapping) or not isinstance(label, str) or not label.strip():
+            raise refusal(f"{where}.label", label, "a short label", "give it a label such as 'Y = 240 MPa'")
+        label = label.strip()
+        if f"yield_stresses.{label}" in self.sources:
+            raise refusal(f"{where}.label", label, "each label once", "give it another label")
+        numbers = {key: value for key, value in raw.items() if key != "label"}
+        constant = _constant(declared(YieldStress)["value"], numbers, where)
+        self.sources[f"yield_stresses.{label}"] = constant
+        return {"label": label, "value": constant.value}
 
 
-def _label(raw: Any, where: str) -> str:
-    label = raw.get("label") if isinstance(raw, Mapping) else None
-    if not isinstance(label, str) or not label.strip():
-        raise refusal(f"{where}.label", label, "a short label", "give it a label such as 'Y = 240 MPa'")
-    return label.strip()
-
-
-def _quantity(parameter: Parameter, raw: Any, where: str) -> Constant:
+def _constant(parameter: Parameter, raw: Plain, where: str) -> Constant:
     """A checked number of a material, in SI, plain or with its source; raises InvalidInput with every error."""
     if not isinstance(raw, Mapping):
         return Constant(_plain(parameter, raw, where), parameter.unit or "1", STATED, "user")
     findings = Findings()
-    for key in raw:
-        if key not in NUMBER_KEYS:
-            cure = nearest_cure(key, NUMBER_KEYS)
-            findings.append(Finding(join(where, key), shown(key), "a key of a number", cure))
+    findings.extend(unknown_keys(raw, NUMBER_KEYS, where, "a key of a number"))
     source, confidence = raw.get("source", STATED), raw.get("confidence", "user")
     if not isinstance(source, str) or not source.strip():
         cure = "name the source of the number, or leave it out"
@@ -236,17 +203,12 @@ def _quantity(parameter: Parameter, raw: Any, where: str) -> Constant:
     if not isinstance(confidence, str) or confidence not in CONFIDENCES:
         limit, cure = "one of " + ", ".join(CONFIDENCES), nearest_cure(confidence, CONFIDENCES)
         findings.append(Finding(f"{where}.confidence", shown(confidence), limit, cure))
-    value = None
-    try:
-        value = _value(parameter, raw, where)
-    except InvalidInput as error:
-        findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
+    value = findings.attempt(_value, parameter, raw, where)
+    findings.check()
     return Constant(value, parameter.unit or "1", str(source).strip(), str(confidence))
 
 
-def _value(parameter: Parameter, raw: Mapping[str, Any], where: str) -> float | None:
+def _value(parameter: Parameter, raw: Mapping[str, Plain], where: str) -> float | None:
     """The value of a number whose unit stands beside it, or in it."""
     value, unit = raw.get("value"), raw.get("unit", "1")
     if value == "none" or "unit" not in raw:
@@ -260,7 +222,7 @@ def _value(parameter: Parameter, raw: Mapping[str, Any], where: str) -> float | 
     return _plain(parameter, round_quantity(number), where, si=True)
 
 
-def _plain(parameter: Parameter, raw: Any, where: str, *, si: bool = False) -> float | None:
+def _plain(parameter: Parameter, raw: Plain, where: str, *, si: bool = False) -> float | None:
     """A number that stands alone, with its unit in it: "900 MPa"; None where it is "none"."""
     value = parse_value(parameter, None if raw == "none" and parameter.optional else raw, where, si=si)
     assert value is None or isinstance(value, float)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from solver.registry import entries
 from solver.units import (
@@ -28,8 +28,12 @@ from solver.units import (
     marked,
 )
 from studies.quantities.findings import nearest_cure, refusal
-from studies.quantities.parameters import Parameter, declared
+from studies.quantities.parameters import Parameter, Plain, Value, declared
 from studies.quantities.units import round_quantity
+
+if TYPE_CHECKING:
+    from solver.matter.eos import EosEntry
+    from solver.matter.strength import StrengthEntry
 
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",
@@ -52,7 +56,7 @@ class Constant:
     source: str  # a citation that a reader can check
     confidence: str  # one of CONFIDENCES
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, Value]:
         """The number as it stands in a material file."""
         value = "none" if self.value is None else self.value
         return {**dataclasses.asdict(self), "value": value}
@@ -179,7 +183,7 @@ OPTIONAL = ("fracture", "spall")
 
 
 @cache
-def models(section: str) -> Mapping[str, Any]:
+def models(section: str) -> "Mapping[str, EosEntry | StrengthEntry]":
     """The models that a section can choose, by kind: those whose record a material can fill."""
     folder = SECTIONS[section]
     assert isinstance(folder, tuple)
@@ -206,10 +210,17 @@ def record_of(section: str, kind: object, path: str) -> type:
     return kinds[kind].record
 
 
-def section_of(section: str, kind: object, constants: Mapping[str, float | None]) -> Any:
-    """A section of a material from its constants."""
+Section = Stiffness | Thermal | Tension | FractureStrain | SpallStrength | Model
+
+
+def section_of(section: str, constants: Mapping[str, Value]) -> Section:
+    """A section of a material from its constants, the kind among them where it has kinds."""
     record = SECTIONS[section]
-    return record(**constants) if isinstance(record, type) else Model(str(kind), constants)
+    if isinstance(record, type):
+        made: Section = record(**constants)
+        return made
+    numbers = {name: value for name, value in constants.items() if not isinstance(value, str)}
+    return Model(str(constants["kind"]), numbers)
 
 
 @dataclass(frozen=True)
@@ -274,47 +285,47 @@ class Material:
 
     def taken(self, record: type) -> dict[str, float | None]:
         """The fields of a model's record that are ``FromMaterial``."""
-        return {name: self._value(mark.path) for name, mark in marked(record, FromMaterial).items()}
-
-    def parameters(self) -> Mapping[str, Parameter]:
-        """Every constant that can be set, by dotted path."""
-        return self._parameters
+        return {name: self.constant(mark.path) for name, mark in marked(record, FromMaterial).items()}
 
     @cached_property
-    def _parameters(self) -> Mapping[str, Parameter]:
-        """Made once: the checks of every run of a sweep ask for them."""
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Every constant that can be set, by dotted path."""
         parameters = dict(declared(Scalars))
         for section in SECTIONS:
             for name, parameter in declared(self._record(section)).items():
                 parameters[f"{section}.{name}"] = parameter
-        idle = _idle(self.eos.kind)
-        return {path: parameter for path, parameter in parameters.items() if path not in idle}
+        taken = {mark.path for mark in marked(acting_eos(self.eos.kind).record, FromMaterial).values()}
+        if STIFFNESS not in taken:
+            del parameters[STIFFNESS]
+        return parameters
 
     def paths(self) -> dict[str, str]:
         """The SI unit of every constant that can be set, by dotted path."""
-        return {path: parameter.unit or "1" for path, parameter in self.parameters().items()}
+        return {path: parameter.unit or "1" for path, parameter in self.parameters.items()}
 
     def value_at(self, path: str) -> float | None:
         """The constant at a dotted path; raises InvalidInput with the nearest path."""
-        self._check(path)
-        return self._value(path)
+        if path not in self.parameters:
+            limit = f"a constant of {self.name} ({self.strength.kind})"
+            raise refusal(path, path, limit, nearest_cure(path, self.parameters))
+        return self.constant(path)
 
-    def _value(self, path: str) -> float | None:
+    def constant(self, path: str) -> float | None:
+        """The constant at a dotted path of the schema, also one that nothing of this material takes."""
         section, _, name = path.rpartition(".")
-        return self._constants(section)[name] if section else getattr(self, name)
+        value: float | None = self._constants(section)[name] if section else getattr(self, name)
+        return value
 
     def with_value(self, path: str, value: float | None, *, source: str = "set in the sweep") -> "Material":
         """The material with one constant changed (SI); raises InvalidInput with the nearest."""
-        self._check(path)
+        self.value_at(path)
         number = None if value is None else round_quantity(value)
         sources = {**self.sources, path: Constant(number, self.paths()[path], source, "user")}
         section, _, name = path.rpartition(".")
-        part: Any = number
-        if section:
-            constants = {**self._constants(section), name: number}
-            part = section_of(section, self._kind(section), constants)
-        change: dict[str, Any] = {section or name: part, "sources": sources}
-        return dataclasses.replace(self, **change)
+        if not section:
+            return dataclasses.replace(self, **{name: number}, sources=sources)  # type: ignore[arg-type]
+        part = section_of(section, {**self._plain(section), name: number})
+        return dataclasses.replace(self, **{section: part}, sources=sources)  # type: ignore[arg-type]
 
     def below(self) -> Iterator[tuple[str, str, bool]]:
         """Paths of constants that make sense in one order: the lower, the higher, and whether they may be equal."""
@@ -330,54 +341,43 @@ class Material:
                 if about.usual is not None:
                     yield section + name, about
 
-    def constant(self, path: str) -> float | None:
-        """The constant at a dotted path of the schema, also one that nothing of this material takes."""
-        return self._value(path)
-
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         """The material as plain nested values, as a run stores it. Sources stay behind."""
-        plain = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        del plain["sources"]
-        for section in SECTIONS:
-            plain[section] = {**self._choice(section), **self._constants(section)}
-            if section in OPTIONAL and set(plain[section].values()) == {None}:
+        plain: dict[str, Plain] = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.compare}
+        plain |= {section: self._plain(section) for section in SECTIONS}
+        for section in OPTIONAL:
+            if not any(value is not None for value in self._constants(section).values()):
                 del plain[section]
         return plain | {"yield_stresses": [dict(vars(y)) for y in self.yield_stresses]}
 
     @staticmethod
-    def from_resolved(plain: Mapping[str, Any]) -> "Material":
+    def from_resolved(plain: Mapping[str, Plain]) -> "Material":
         """The material that ``resolved()`` wrote down, without sources."""
-        parts = {}
-        for section in SECTIONS:
-            constants = dict(plain.get(section, {}) if section in OPTIONAL else plain[section])
-            parts[section] = section_of(section, constants.pop("kind", None), constants)
-        yields = tuple(YieldStress(**stress) for stress in plain["yield_stresses"])
-        return Material(**{**plain, **parts, "yield_stresses": yields})
+        parts = {section: section_of(section, plain.get(section, {})) for section in SECTIONS}  # type: ignore[arg-type]
+        yields = tuple(YieldStress(**stress) for stress in plain["yield_stresses"])  # type: ignore
+        return Material(**{**plain, **parts, "yield_stresses": yields})  # type: ignore[arg-type]
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, Plain]:
         """The material in the schema of a material file, in SI: it loads as itself."""
-        document: dict[str, Any] = {text: getattr(self, text) for text in TEXTS}
-        document |= {section: self._choice(section) for section in SECTIONS}
+        document: dict[str, Plain] = {text: getattr(self, text) for text in TEXTS}
+        sections: dict[str, dict[str, Plain]] = {section: {**self._choice(section)} for section in SECTIONS}
         for path, quantity in self.sources.items():
             section, _, name = path.rpartition(".")
             if not path.startswith("yield_stresses."):  # whose labels may hold a point
-                (document[section] if section else document)[name] = quantity.document()
-        document["yield_stresses"] = [
-            {"label": y.label, **self.sources[f"yield_stresses.{y.label}"].document()} for y in self.yield_stresses
-        ]
-        return document
-
-    def _check(self, path: str) -> None:
-        if path not in self.parameters():
-            limit = f"a constant of {self.name} ({self.strength.kind})"
-            raise refusal(path, path, limit, nearest_cure(path, self.parameters()))
+                (sections[section] if section else document)[name] = quantity.document()
+        labels = [stress.label for stress in self.yield_stresses]
+        yields = [{"label": label, **self.sources[f"yield_stresses.{label}"].document()} for label in labels]
+        return {**document, **sections, "yield_stresses": yields}
 
     def _kind(self, section: str) -> str | None:
         return getattr(getattr(self, section), "kind", None)
 
-    def _choice(self, section: str) -> dict[str, Any]:
+    def _choice(self, section: str) -> dict[str, Value]:
         kind = self._kind(section)
         return {"kind": kind} if kind else {}
+
+    def _plain(self, section: str) -> dict[str, Value]:
+        return {**self._choice(section), **self._constants(section)}
 
     def _record(self, section: str) -> type:
         return record_of(section, self._kind(section), section)
@@ -394,14 +394,8 @@ NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
 STIFFNESS = "elastic.bulk_modulus"
 
 
-def acting_eos(kind: str, form: str = "") -> Any:
+def acting_eos(kind: str, form: str = "") -> "EosEntry":
     """The entry of the equation of state of a material, in a form (``eos_form``); its own where it has no such form."""
-    own = models("eos")[kind]
-    forms = (eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form and eos.form == form)
-    return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), own)
-
-
-def _idle(kind: str) -> tuple[str, ...]:
-    """Constants of a material that its equation of state does not take."""
-    taken = {mark.path for mark in marked(acting_eos(kind).record, FromMaterial).values()}
-    return () if STIFFNESS in taken else (STIFFNESS,)
+    every: Mapping[str, EosEntry] = entries("solver.matter.eos", "EOS")
+    forms = (eos for eos in every.values() if eos.form and eos.form == form)
+    return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), every[kind])

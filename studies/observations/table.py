@@ -275,7 +275,7 @@ def is_nothing(cell: object) -> bool:
     """Whether a cell states nothing: empty, "-", "N/A", or a NaN."""
     if isinstance(cell, str):
         return cell.strip().lower() in NOTHING
-    return cell is None or (is_number(cell) and math.isnan(cell))  # type: ignore[arg-type]
+    return cell is None or (is_number(cell) and math.isnan(cell))
 
 
 def stated(cell: Any, unit: str | None) -> Stated:

@@ -51,8 +51,8 @@ def zipped(fill: Callable[[Path], object], file: Path) -> Path:
             folder = Path(name)
             fill(folder)
             with zipfile.ZipFile(part, "w", zipfile.ZIP_STORED) as archive:
-                for each in sorted(filter(Path.is_file, folder.rglob("*"))):
-                    archive.write(each, each.relative_to(folder))
+                for inside in sorted(filter(Path.is_file, folder.rglob("*"))):
+                    archive.write(inside, inside.relative_to(folder))
 
     return write_atomically(file, write)
 

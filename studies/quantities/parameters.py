@@ -11,12 +11,13 @@ import dataclasses
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from datetime import date
+from decimal import Decimal
 from functools import cache
 from itertools import chain, zip_longest
 from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from solver.units import Described, Unit, marked, marks_of
+from solver.units import Described, Unit, marked
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, unknown_keys
 from studies.quantities.units import (
     Bounds,
@@ -29,9 +30,11 @@ from studies.quantities.units import (
 )
 
 Value = float | int | bool | str | None
-# What JSON and YAML hold; a date is of YAML alone.
-Plain: TypeAlias = "Value | date | Sequence[Plain] | Mapping[str, Plain]"
+# What JSON, YAML and TOML hold; a date is of YAML alone, a decimal of TOML.
+Plain: TypeAlias = "Value | Decimal | date | Sequence[Plain] | Mapping[str, Plain]"
 Record = TypeVar("Record")
+Mark = TypeVar("Mark")
+Number = TypeVar("Number", float | None, Value)
 ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
 LONGEST_WORD = 200  # characters of a text parameter that says no more
@@ -117,18 +120,21 @@ class Parameter:
 @cache
 def declared(record: type) -> Mapping[str, Parameter]:
     """The parameters that a record declares, by name; TypeError for an annotation of no use."""
-    hints, parts = get_type_hints(record, include_extras=True), _parts(record)
     if dataclasses.is_dataclass(record):
-        defaults = {f.name: f.default for f in dataclasses.fields(record)}
+        names = [field.name for field in dataclasses.fields(record)]
+        defaults = {f.name: f.default for f in dataclasses.fields(record) if f.default is not MISSING}
     else:
-        described = marked(record, Described)
-        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
-    parameters: dict[str, Parameter] = {}
-    for name, default in defaults.items():
-        if name in _lists(record):
-            parameters |= dict(_declared_at(*_lists(record)[name]))
+        names = list(marked(record, Described))
+        defaults = record._field_defaults  # type: ignore[attr-defined]
+    hints: dict[str, type] = get_type_hints(record)
+    parts, lists, parameters = _parts(record), _lists(record), dict[str, Parameter]()
+    for name in names:
+        if name in lists:
+            parameters |= dict(_declared_at(*lists[name]))
         else:
-            parameters |= declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
+            parameters |= (
+                declared(parts[name]) if name in parts else {name: _parameter(record, name, hints[name], defaults)}
+            )
     return MappingProxyType(parameters)
 
 
@@ -149,20 +155,20 @@ def grouped(record: type) -> Mapping[str, tuple[str, ...]]:
     return {**({"": own} if own else {}), **groups}
 
 
-@cache
-def marks(record: type, kind: type) -> Mapping[str, Any]:
+def marks(record: type, kind: type[Mark]) -> Mapping[str, Mark]:
     """The mark of a kind of each parameter that carries one."""
-    inside = [marks(part, kind) for part in _parts(record).values()]
+    wanted: type = kind
+    inside = [marked(record, wanted), *(marks(part, kind) for part in _parts(record).values())]
     for places, part in _lists(record).values():
         of_part = marks(part, kind)
         inside += [{names[field]: mark for field, mark in of_part.items()} for _, names in places.door(part)]
-    return {name: mark for each in (marked(record, kind), *inside) for name, mark in each.items()}
+    return {name: mark for found in inside for name, mark in found.items()}
 
 
-def flat(record: Any) -> dict[str, Any]:
+def flat(record: Record) -> dict[str, Value]:
     """The values of a record by name, those of the records inside it in their places; None where a list has none."""
     kind: type = type(record)
-    parts, lists, values = _parts(kind), _lists(kind), dict[str, Any]()
+    parts, lists, values = _parts(kind), _lists(kind), dict[str, Value]()
     for name, value in vars(record).items():
         if name in lists:
             places, part = lists[name]
@@ -173,15 +179,20 @@ def flat(record: Any) -> dict[str, Any]:
     return values
 
 
-def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
+def nested(record: type[Record], values: Mapping[str, Value]) -> Record:
     """A record from its ``flat`` values; what is left out has its default. TypeError for a name that it has not."""
-    own, parts = dict(values), _parts(record)  # type: ignore[arg-type]
-    inside = {name: {n: own.pop(n) for n in declared(part) if n in own} for name, part in parts.items()}
-    lists: dict[str, Any] = {name: _listed(*part, own) for name, part in _lists(record).items()}  # type: ignore[arg-type]
-    return record(**own, **lists, **{name: nested(part, inside[name]) for name, part in parts.items()})
+    own = dict(values)
+    return record(
+        **{name: _listed(*part, own) for name, part in _lists(record).items()},  # type: ignore[arg-type]
+        **{
+            name: nested(part, {n: own.pop(n) for n in declared(part) if n in own})
+            for name, part in _parts(record).items()  # type: ignore[arg-type]
+        },
+        **own,
+    )
 
 
-def _listed(places: Places, record: type[Record], values: dict[str, Any]) -> tuple[Record, ...]:
+def _listed(places: Places, record: type[Record], values: dict[str, Value]) -> tuple[Record, ...]:
     """The records of a list, of values that are taken out; the last one has some."""
     given = [
         {field: value for field, name in names.items() if (value := values.pop(name, None)) is not None}
@@ -229,7 +240,7 @@ def _in_places(elements: Plain, field: str, places: Places, part: type) -> Itera
             yield names[word], value, f"{path}.{word}"
 
 
-def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si: bool = False) -> dict[str, Value]:
+def parse_parameters(record: type, raw: Mapping[str, Plain], path: str = "", *, si: bool = False) -> dict[str, Value]:
     """All parameters of a record, checked, in SI, defaults filled in also where null is written.
 
     ``path`` goes before each field name in a finding; with ``si`` a bare number on a field with a unit is taken as SI
@@ -249,7 +260,7 @@ def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si
 
 def parse_values(
     parameters: Mapping[str, Parameter],
-    raw: Mapping[str, Any],
+    raw: Mapping[str, Plain],
     path: str,
     findings: Findings,
     *,
@@ -258,7 +269,7 @@ def parse_values(
 ) -> dict[str, Value]:
     """The valid values; the errors of the others are added to ``findings``."""
 
-    def read(name: str, value: Any) -> None:
+    def read(name: str, value: Plain) -> None:
         parameter = find(parameters, name, path)
         values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
 
@@ -269,18 +280,46 @@ def parse_values(
 
 
 def parse_value(
-    parameter: Parameter, raw: Any, field: str, *, materials: Collection[str] = (), si: bool = False
+    parameter: Parameter, raw: Plain, field: str, *, materials: Collection[str] = (), si: bool = False
 ) -> Value:
     """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
     if raw is None:
         if parameter.optional:
             return None
         raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
+    if parameter.kind == "quantity":
+        is_si = si and is_number(raw)
+        return _within(round_quantity(_exact(parameter, raw, field, is_si=is_si)), parameter, raw, field)
+    if parameter.kind == "integer":
+        number = exact_number(raw, field, str(parameter.bounds.nearest(1)))
+        if number != number.to_integral_value():
+            raise refusal(field, raw, parameter.limit(), f"write {parameter.bounds.nearest(round(number))}")
+        return int(_within(int(number), parameter, raw, field))
+    if parameter.kind == "boolean":
+        if not isinstance(raw, bool):
+            raise refusal(field, raw, parameter.limit(), "write true or false")
+        return raw
+    if parameter.kind == "text":
+        if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
+            raise refusal(field, raw, parameter.limit(), "write a text")
+        # Lines of a file keep their numbers.
+        return raw.strip() if parameter.longest == LONGEST_WORD else raw
+    names, limit = parameter.choices, parameter.limit()
     if parameter.kind == "material":
-        return _parse_material(raw, field, materials)
-    if si and is_number(raw) and parameter.kind == "quantity":
-        return _within(round_quantity(exact_number(raw, field)), parameter, raw, field)
-    return _PARSERS[parameter.kind](parameter, raw, field)
+        names = tuple(materials)
+        limit = "a material that ships or that the sweep brings" if raw and isinstance(raw, str) else limit
+    if not isinstance(raw, str) or not raw or (names and raw not in names):
+        raise refusal(field, raw, limit, nearest_cure(raw, names))
+    return raw
+
+
+def _exact(parameter: Parameter, raw: Plain, field: str, *, is_si: bool) -> Decimal:
+    """The exact number of a quantity, in SI; a bare one stands for SI where it ``is_si``."""
+    if is_si:
+        return exact_number(raw, field)
+    if parameter.unit == "1":
+        return exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+    return parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
 
 
 def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
@@ -301,114 +340,60 @@ def join(path: str, name: object) -> str:
     return f"{path}.{name}" if path else str(name)
 
 
-def _rounded(value: Any) -> Any:
+def _rounded(value: Number) -> Number:
     return round_quantity(value) if isinstance(value, float) else value
 
 
 @cache
-def _parts(record: Any) -> Mapping[str, Any]:
+def _parts(record: type) -> Mapping[str, type]:
     """The records inside a record, by field."""
-    return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
+    hints: dict[str, type] = get_type_hints(record)
+    return {name: hint for name, hint in hints.items() if dataclasses.is_dataclass(hint)}
 
 
 @cache
-def _lists(record: Any) -> Mapping[str, tuple[Places, type]]:
+def _lists(record: type) -> Mapping[str, tuple[Places, type]]:
     """The lists of records inside a record, by field: their places, and the record of each."""
     hints = get_type_hints(record)
     return {name: (places, get_args(hints[name])[0]) for name, places in marked(record, Places).items()}
 
 
-def _parameter(name: str, hint: Any, default: Any) -> Parameter:
-    marks = {type(mark): mark for mark in marks_of(hint)}
-    about = marks.get(Described, Described(""))
-    inner, optional = _without_none(_bare(hint))
-    kind = _kind(_bare(inner), marks, name)
-    unit = marks[Unit].symbol if kind == "quantity" else "1" if kind == "integer" else None
-    choices = marks[Choice].names() if Choice in marks else get_args(inner)
+def _parameter(record: type, name: str, hint: type, defaults: Mapping[str, Value]) -> Parameter:
+    inside = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    inner = [part for part in inside if part is not NoneType]
+    kind = _kind(record, name, inner)
+    about = marked(record, Described).get(name, Described(""))
+    choices = marked(record, Choice)[name].names() if name in marked(record, Choice) else get_args(inner[0])
     return Parameter(
         name=name,
         kind=kind,
-        unit=unit,
+        unit=marked(record, Unit)[name].symbol if kind == "quantity" else "1" if kind == "integer" else None,
         meaning=about.meaning,
         minimum=_rounded(about.minimum),
         maximum=_rounded(about.maximum),
         choices=tuple(choices) if kind == "choice" else (),
-        longest=marks[LongText].longest if LongText in marks else LONGEST_WORD,
-        optional=optional,
-        required=default is MISSING,
-        default=None if default is MISSING else default,
+        longest=marked(record, LongText)[name].longest if name in marked(record, LongText) else LONGEST_WORD,
+        optional=NoneType in inside,
+        required=name not in defaults,
+        default=defaults.get(name),
     )
 
 
-def _bare(hint: Any) -> Any:
-    """A type without its marks."""
-    return hint.__origin__ if hasattr(hint, "__metadata__") else hint
-
-
-def _without_none(hint: Any) -> tuple[Any, bool]:
-    if get_origin(hint) not in (Union, UnionType):
-        return hint, False
-    others = [part for part in get_args(hint) if part is not NoneType]
-    return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
-
-
-def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> ParameterKind:
-    if _MaterialMark in marks:
+def _kind(record: type, name: str, inner: Sequence[type]) -> ParameterKind:
+    """The kind of a field with one of some types, and its marks."""
+    if name in marked(record, _MaterialMark):
         return "material"
-    if Choice in marks or get_origin(hint) is Literal:
+    if name in marked(record, Choice) or get_origin(inner[0]) is Literal:
         return "choice"
-    if Unit in marks:
+    if name in marked(record, Unit):
         return "quantity"
-    plain: dict[Any, ParameterKind] = {int: "integer", bool: "boolean", str: "text"}
-    if hint not in plain:
-        raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
-    return plain[hint]
+    plain: dict[type, ParameterKind] = {int: "integer", bool: "boolean", str: "text"}
+    if len(inner) > 1 or inner[0] not in plain:
+        raise TypeError(f"{name}: {inner} is not a unit alias, int, bool, str, Literal or MaterialName")
+    return plain[inner[0]]
 
 
-def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
-    assert parameter.unit is not None
-    if parameter.unit == "1":
-        exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
-    else:
-        exact = parse_quantity(raw, parameter.unit, field, parameter.bounds)
-    return _within(round_quantity(exact), parameter, raw, field)
-
-
-def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
-    value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
-    if value != value.to_integral_value():
-        raise refusal(field, raw, parameter.limit(), f"write {parameter.bounds.nearest(round(value))}")
-    return int(_within(int(value), parameter, raw, field))
-
-
-def _parse_boolean(parameter: Parameter, raw: Any, field: str) -> bool:
-    if not isinstance(raw, bool):
-        raise refusal(field, raw, _WORDS["boolean"], "write true or false")
-    return raw
-
-
-def _parse_text(parameter: Parameter, raw: Any, field: str) -> str:
-    if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
-        raise refusal(field, raw, parameter.limit(), "write a text")
-    # Lines of a file keep their numbers.
-    return raw.strip() if parameter.longest == LONGEST_WORD else raw
-
-
-def _parse_choice(parameter: Parameter, raw: Any, field: str) -> str:
-    if not isinstance(raw, str) or raw not in parameter.choices:
-        raise refusal(field, raw, parameter.limit(), nearest_cure(raw, parameter.choices))
-    return raw
-
-
-def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
-    if not isinstance(raw, str) or not raw:
-        raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
-    if materials and raw not in materials:
-        raise refusal(field, raw, "a material that ships or that the sweep brings", nearest_cure(raw, materials))
-    return raw
-
-
-def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
+def _within(value: float, parameter: Parameter, raw: Plain, field: str) -> float:
     nearest = parameter.bounds.nearest(value)
     if nearest != value:
         assert parameter.unit is not None
@@ -425,16 +410,9 @@ def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
     return " " + " ".join(texts) if texts else ""
 
 
-def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+def describe(parameters: Iterable[Parameter]) -> list[dict[str, Plain]]:
     """Parameters as plain objects, for a catalogue."""
     return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
 
 
 _WORDS: dict[ParameterKind, str] = {"boolean": "true or false", "material": "the name of a material"}
-_PARSERS: dict[ParameterKind, Callable[[Parameter, Any, str], Value]] = {
-    "quantity": _parse_quantity,
-    "integer": _parse_integer,
-    "boolean": _parse_boolean,
-    "text": _parse_text,
-    "choice": _parse_choice,
-}

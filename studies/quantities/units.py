@@ -12,9 +12,13 @@ from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import cache, lru_cache
 from numbers import Rational, Real
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeGuard
 
 from studies.quantities.findings import refusal
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
 
 # More than any input is known to, fewer than a float holds: a stable identity.
 SIGNIFICANT_DIGITS = 12
@@ -152,7 +156,7 @@ class Bounds:
     minimum: float | None = None
     maximum: float | None = None
 
-    def nearest(self, value: Any) -> Any:
+    def nearest(self, value: float) -> float:
         """The allowed number that is nearest to a value."""
         if self.minimum is not None and value < self.minimum:
             return self.minimum
@@ -218,7 +222,7 @@ def exact_number(raw: object, field: str, sample: str = "0.5") -> Decimal:
     return _decimal(_digits(raw), raw, field, cure)
 
 
-def is_number(raw: object) -> bool:
+def is_number(raw: object) -> TypeGuard[float | Decimal]:
     """Whether a value is a number; true and false are not."""
     return isinstance(raw, Real | Decimal) and not isinstance(raw, bool)
 
@@ -255,7 +259,7 @@ def _split(raw: object, unit: str, field: str, bounds: Bounds) -> tuple[str, str
     return match[1], (match[2] or "").strip()
 
 
-def _digits(raw: Any) -> str:
+def _digits(raw: float | Decimal) -> str:
     """A number as decimal text; a float as the shortest text that reads back as itself."""
     if isinstance(raw, Decimal | Rational):
         return str(raw) if abs(raw) < 10**LARGEST_EXPONENT else "inf"
@@ -314,7 +318,7 @@ def _cure_for_bare_number(number: Decimal, unit: str, bounds: Bounds) -> str:
 def _inside(number: Decimal, unit_text: str, unit: str, bounds: Bounds) -> bool:
     """Whether a number in a unit is an allowed value."""
     value = round_quantity(convert(number, unit_text, unit, ""))
-    return bool(bounds.nearest(value) == value)
+    return bounds.nearest(value) == value
 
 
 @lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
@@ -353,15 +357,15 @@ def _expression(unit_text: str) -> str:
         return "1/" + _expression(text.partition("/")[2])
     if not re.fullmatch(rf"(?:{_WORD.pattern}|(?<!\*)\*(?!\*)|[/() ])+", text):
         raise ValueError(f"{unit_text!r} is not a unit")
-    return _WORD.sub(_pint_power, text).replace(" ", "*").replace(")(", ")*(")
-
-
-def _pint_power(match: re.Match[str]) -> str:
-    return f"{match[1]}**{match[2]}" if match[2] else match[1]
+    return (
+        _WORD.sub(lambda word: f"{word[1]}**{word[2]}" if word[2] else word[1], text)
+        .replace(" ", "*")
+        .replace(")(", ")*(")
+    )
 
 
 @cache
-def _pint() -> Any:
+def _pint() -> ModuleType:
     """The module, without Dask: it imports that for its own arrays wherever it is installed (0.2 s, 2026-11-22).
 
     None in the place of a module says that there is none, to ``find_spec`` and to ``import``: so the documentation of
@@ -379,6 +383,7 @@ def _pint() -> Any:
 
 
 @cache
-def _registry() -> Any:
+def _registry() -> "UnitRegistry[Decimal]":
     """The one unit registry of the process, computing in decimals."""
-    return _pint().UnitRegistry(non_int_type=Decimal)
+    registry: UnitRegistry[Decimal] = _pint().UnitRegistry(non_int_type=Decimal)
+    return registry

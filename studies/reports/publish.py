@@ -14,9 +14,9 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import Results, results_of
+from studies.cubes.exports import runs_csv
 from studies.cubes.older import PointsOfRuns, by_present_ids
 from studies.cubes.reading import open_cube
-from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import (
     ALL_RUNS_CSV,
     APPENDIX_HTML,

@@ -38,7 +38,8 @@ class Report:
     def as_json(self) -> dict[str, Any]:
         """Plain objects; a text of several lines, a deck, stands by its first line and digest."""
         parts = {name: asdict(record) for name, record in self.records.items()}
-        whole: dict[str, Any] = with_short_texts({**asdict(self.head), **parts}, self.texts)
+        whole = with_short_texts({**asdict(self.head), **parts}, self.texts)
+        assert isinstance(whole, dict)
         return whole
 
 

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from solver.errors import WhippleError
 from solver.jit import software
 from solver.problem import Problem
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
-from solver.state import MASS
+from solver.state import MASS, Snapshot
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
@@ -36,8 +35,16 @@ from studies.measurements import distributions
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import RunObserver
-from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult, with_mesh_errors
-from studies.runs.run import Run, materials_of
+from studies.runs.results import (
+    NO_CONTROL,
+    OTHER_PHYSICS,
+    Progress,
+    ReadDistribution,
+    RunControl,
+    RunResult,
+    with_mesh_errors,
+)
+from studies.runs.run import Run
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
@@ -120,19 +127,13 @@ def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *,
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
     frames = film_of(run, setting) if film else None
-    return RunObserver(scenario, scenario.record(run.parameters), setting, report, frames)
+    return RunObserver(scenario, run.set_up, setting, report, frames)
 
 
 def film_of(run: Run, setting: Setting) -> Film:
     """The film of a stage: the one that a run keeps is that of its last."""
     interval = run.parameters.get("film_interval")
     return Film(setting.problem, interval=interval)  # type: ignore[arg-type]
-
-
-def sections_of(observer: RunObserver) -> SectionRecorder:
-    """The recorder of the sections that an observer's scenario asks for."""
-    options = observer.parameters.sections(observer.setting)
-    return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
 
 
 def provenance() -> dict[str, str | float]:
@@ -194,7 +195,6 @@ def _mark(observer: RunObserver) -> Fingerprint:
 
 def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, restart: _Restart) -> list[Outcome]:
     """The outcomes of the stages of a run, each of which follows from the end of the one before."""
-    materials = materials_of(run)
     outcomes: list[Outcome] = []
     following: Setting | None = observer.setting
     while following is not None:
@@ -205,7 +205,7 @@ def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, r
         outcome = restart.read(observer, number) if number < observer.parameters.stages else None
         outcomes.append(outcome or _stage(observer, threads, restart))
         observer.steps_before += outcomes[-1].snapshot.step
-        following = observer.parameters.next_stage(setting, outcomes[-1], materials)
+        following = observer.parameters.next_stage(setting, outcomes[-1], run.materials)
         if following is not None and outcome is None:
             restart.write(observer, number, outcomes[-1])
     return outcomes
@@ -213,12 +213,12 @@ def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, r
 
 def _stage(observer: RunObserver, threads: int | None, restart: _Restart) -> Outcome:
     """The outcome of the stage that an observer has begun with."""
-    observer.sections = sections_of(observer)
-    checkpoint = restart.checkpoint
+    problem, interval, checkpoint = observer.setting.problem, observer.rate.interval, restart.checkpoint
+    observer.sections = SectionRecorder(problem, observer.parameters.sections(observer.setting), interval)
     return simulate(
-        observer.setting.problem,
+        problem,
         observer,
-        interval=observer.rate.interval,
+        interval=interval,
         recorder=observer.film,
         threads=threads,
         checkpoint=_checkpointing(checkpoint, observer, restart.control, restart.explain) if checkpoint else None,
@@ -269,7 +269,7 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
     """The result of a simulation whose stages ended; writes its final state and its film."""
     outcome = together(outcomes)
     numbers, measured = _numbers(observer, outcome), observer.measured()
-    lost = [name for name, each in measured.items() if LOST_PARTICLES in each.flags]
+    lost = [name for name, one in measured.items() if LOST_PARTICLES in one.flags]
     _save_state(directory, outcome, outcomes[:-1])
     if observer.film:
         observer.film.save(directory / FILM, compressed=True)
@@ -289,13 +289,13 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
     )
 
 
-def _distributions(observer: RunObserver) -> dict[str, Any]:
+def _distributions(observer: RunObserver) -> dict[str, ReadDistribution]:
     """The distributions of the scenario, read off the last state."""
     read = [distributions.load(name) for name in observer.scenario.distributions]
     return {one.name: {"version": one.version, "values": one.read(observer.last_view).tolist()} for one in read}
 
 
-def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
+def _histories(setting: Setting, outcome: Outcome) -> dict[str, Sequence[object]]:
     """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies."""
     whole, audits = 2.0 * math.pi / setting.sector, outcome.history
 
@@ -354,7 +354,7 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
     }
 
 
-def molten_fraction(problem: Problem, snapshot: Any) -> float:
+def molten_fraction(problem: Problem, snapshot: Snapshot) -> float:
     """Molten mass once all has expanded to no pressure, over that of the last stage; the departed fly as they left."""
     from solver.matter.melting import melted_mass, residual_energy
 

@@ -165,7 +165,7 @@ class RunObserver:
         measurement, reading = measurements.load(name), self.readings[-1][name]
         history: dict[str, list[float | None]] = {
             "time": list(self.times),
-            "value": [_finite(each[name].value) for each in self.readings],
+            "value": [value if math.isfinite(value := read[name].value) else None for read in self.readings],
         }
         settled = not math.isfinite(reading.value) or all(map(self._settled, self._awaited(measurement, reading.value)))
         growth = self.growth(name)
@@ -195,7 +195,3 @@ class RunObserver:
         clock, begun = self.first
         done = fraction - begun
         return (now - clock) * (1.0 - fraction) / done if done > LEAST_SHARE else None
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -8,16 +8,20 @@ history of others keeps its value and gets the same flag.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
 from studies.quantities.measured import STILL_GROWING, Measured
 from studies.runs.results import RunResult, as_measured, with_mesh_errors
 from studies.runs.run import Run
+
+if TYPE_CHECKING:
+    from solver.state import Snapshot
+    from studies.scenarios import Setting
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)
@@ -28,19 +32,26 @@ def definitions(scenario: str) -> Mapping[str, int]:
     return {name: measurements.load(name).version for name in scenarios.load(scenario).measurements}
 
 
-def outdated(scenario: str, stored: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
-    """Measurements of a run that a look at its final state could renew.
+class StoredVersion(TypedDict, total=False):
+    """What the JSON of a measurement says of its definition."""
 
-    ``stored`` has, by name, ``version`` and ``flags`` of what the run measured, as its JSON has them. What it did not
-    measure and a run may lack is none.
+    version: int
+    flags: Sequence[str]
+
+
+def outdated(scenario: str, stored: Mapping[str, StoredVersion]) -> tuple[str, ...]:
+    """Measurements of a run that a look at its final state could renew, by what it measured.
+
+    What it did not measure and a run may lack is none.
     """
-    return tuple(
-        name
-        for name, version in definitions(scenario).items()
-        if stored.get(name, {}).get("version") != version
-        and (name in stored or not scenarios.load(scenario).may_lack(name))
-        and not (measurements.load(name).follows and NEEDS_SOLVING in stored.get(name, {}).get("flags", ()))
-    )
+
+    def is_outdated(name: str, version: int) -> bool:
+        if name not in stored:
+            return not scenarios.load(scenario).may_lack(name)
+        is_settled = measurements.load(name).follows and NEEDS_SOLVING in stored[name]["flags"]
+        return stored[name]["version"] != version and not is_settled
+
+    return tuple(name for name, version in definitions(scenario).items() if is_outdated(name, version))
 
 
 def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult:
@@ -48,7 +59,8 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
 
     Raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
     """
-    chosen = [measurements.load(name) for name in outdated(run.scenario, result.as_json()["measurements"])]
+    stored = {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
+    chosen = [measurements.load(name) for name in outdated(run.scenario, stored)]
     if not chosen:
         return result
     renewed = dict(result.measurements)
@@ -69,8 +81,8 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     return with_mesh_errors(run, renewed_result)
 
 
-def load_state(file: Path, *, step: int = 0) -> Any:
-    """The final state in a ``state.npz``, a ``solver.state.Snapshot``; only particles on the grid are in its arrays."""
+def load_state(file: Path) -> "Snapshot":
+    """The final state in a ``state.npz``; only particles on the grid are in its arrays."""
     import numpy as np
 
     from solver.simulation import DEPARTED
@@ -81,20 +93,26 @@ def load_state(file: Path, *, step: int = 0) -> Any:
         alive = np.ones(body.size, np.uint8)
         fields = {name: saved[name] for name in Particles._fields if name != "alive"}
         departed = Departed(*(saved[DEPARTED + name] for name in Departed._fields))
-        return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body, departed)
+        return Snapshot(float(saved["time"]), 0, Particles(**fields, alive=alive), body, departed)
+
+
+def end_of(run: Run, file: Path) -> "tuple[Setting, Snapshot]":
+    """The problem of the last stage of a run, and its stored final state."""
+    import numpy as np
+
+    from studies.runs.stages import earlier_stages, setting_of
+
+    with np.load(file, allow_pickle=False) as saved:
+        setting = setting_of(run, earlier_stages(saved))
+    return setting, load_state(file)
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     """The view of the stored final state that the scenario's measurements read."""
-    import numpy as np
-
     from solver.state import MASS
-    from studies.runs.stages import earlier_stages, setting_of
 
-    step = int(result.numbers.get("steps", 0))
-    with np.load(state, allow_pickle=False) as saved:
-        setting = setting_of(run, earlier_stages(saved))
-    snapshot, arrivals = load_state(state, step=step), setting.problem.arrivals
+    setting, snapshot = end_of(run, state)
+    snapshot, arrivals = snapshot._replace(step=int(result.numbers.get("steps", 0))), setting.problem.arrivals
     if arrivals is not None:
         snapshot = snapshot._replace(waiting=float(arrivals.table[MASS][arrivals.time > snapshot.time].sum()))
     return scenarios.load(run.scenario).parameters.view(setting, snapshot)
@@ -111,13 +129,10 @@ def _from_state(run: Run, measurement: Measurement, reading: Reading, result: Ru
     before, flags = result.measurements.get(measurement.name), (*reading.flags, NEEDS_SOLVING)
     if before and STILL_GROWING in before.flags and measurement.is_outcome and reading.value == 0.0:
         flags = (*flags, STILL_GROWING)
-    return _measured(run, measurement, replace(reading, flags=flags), result)
-
-
-def _measured(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
-    scenario, value = scenarios.load(run.scenario), reading.value if math.isfinite(reading.value) else None
+    value = reading.value if math.isfinite(reading.value) else None
     history: dict[str, list[float | None]] = {"time": [result.numbers["end_time"]], "value": [value]}
-    return as_measured(scenario, scenario.record(run.parameters), measurement, reading, history)
+    flagged = replace(reading, flags=flags)
+    return as_measured(scenarios.load(run.scenario), run.set_up, measurement, flagged, history)
 
 
 def _provenance(result: RunResult, chosen: Iterable[Measurement], by: str) -> str:

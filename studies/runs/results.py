@@ -7,10 +7,11 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from studies import scenarios
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, UNDER_RESOLVED, WIDE_BAR, Measured
+from studies.quantities.parameters import Plain
 
 if TYPE_CHECKING:
     from studies.measurements import Measurement, Reading
@@ -33,25 +34,24 @@ class Progress:
     measured: Mapping[str, float]
 
 
-def _ignore(_: object) -> None:
-    """Take a report and do nothing."""
-
-
-def _never() -> bool:
-    return False
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunControl:
     """The reports that a run makes to its caller while it computes, and the caller's wish that it leaves."""
 
-    progress: Callable[[Progress], object] = _ignore  # after each observation
-    log: Callable[[str], object] = _ignore  # each line of the run log
-    checkpointed: Callable[[int], object] = _ignore  # step of a checkpoint, written or resumed from
-    must_stop: Callable[[], bool] = _never  # asked after each step
+    progress: Callable[[Progress], object] = lambda progress: None  # after each observation
+    log: Callable[[str], object] = lambda line: None  # each line of the run log
+    checkpointed: Callable[[int], object] = lambda step: None  # step of a checkpoint, written or resumed from
+    must_stop: Callable[[], bool] = lambda: False  # asked after each step
 
 
 NO_CONTROL = RunControl()
+
+
+class ReadDistribution(TypedDict):
+    """A distribution as it was read off a run."""
+
+    version: int
+    values: list[float | list[float]]  # over its bins
 
 
 @dataclass(frozen=True)
@@ -68,13 +68,13 @@ class RunResult:
     stop: str = ""  # "settled", "end_time"
     # Of the whole bodies, not of a sector: "time" (s), names of the "bodies", and lists over time, by body or alone.
     histories: Mapping[str, Any] = field(default_factory=dict)
-    # By name (studies.measurements.distributions): "version", and "values" in nested lists.
-    distributions: Mapping[str, Any] = field(default_factory=dict)
+    # By name (studies.measurements.distributions).
+    distributions: Mapping[str, ReadDistribution] = field(default_factory=dict)
     provenance: Mapping[str, str | float] = field(default_factory=dict)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Plain]:
         """As plain objects that JSON can hold: no NaN."""
-        return _plain(dataclasses.asdict(self))
+        return {name: _plain(value) for name, value in dataclasses.asdict(self).items()}
 
     @staticmethod
     def from_json(plain: Mapping[str, Any]) -> "RunResult":
@@ -94,20 +94,18 @@ def with_mesh_errors(run: "Run", result: RunResult) -> RunResult:
     is_known = bool(settles) and errors.keys() >= {*settles}
     flags = tuple(flag for flag in result.flags if not (is_known and flag == UNDER_RESOLVED))
     measured = {
-        name: replace(each, mesh_error=dataclasses.asdict(errors[name])) if name in errors else each
-        for name, each in result.measurements.items()
+        name: replace(one, mesh_error=dataclasses.asdict(errors[name])) if name in errors else one
+        for name, one in result.measurements.items()
     }
     return replace(result, measurements=measured, flags=flags)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Plain) -> Plain:
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def as_measured(

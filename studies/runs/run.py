@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypedDict, final
+from typing import TypedDict, final
 
 from solver import PHYSICS_VERSION
 from solver.registry import entries
@@ -20,10 +20,7 @@ from studies.convergence.experience import MeshError, MeshGrid, mesh_error
 from studies.materials import Material, load
 from studies.materials.schema import NOT_SIMULATED
 from studies.quantities.findings import Finding, InvalidInput
-from studies.quantities.parameters import Value, flat, parse_parameters
-
-if TYPE_CHECKING:
-    from studies.scenarios import Materials
+from studies.quantities.parameters import Plain, Value, flat, parse_parameters
 
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 # Of any run, 2 000 runs on 4 cells per diameter, 2026-11-24: 330 core seconds, of which 28 were particle-steps. The
@@ -54,7 +51,7 @@ class RunSpec(TypedDict):
 
     scenario: str
     parameters: Mapping[str, Value]
-    materials: Mapping[str, Mapping[str, Any]]
+    materials: Mapping[str, Mapping[str, Plain]]
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ class Run:
 
     scenario: str
     parameters: Mapping[str, Value]  # filled; None where one does not act
-    materials: Mapping[str, Mapping[str, Any]]  # resolved, by the parameter that names them
+    materials: scenarios.Materials  # by the parameter that names them
 
     @cached_property
     def id(self) -> str:
@@ -72,17 +69,22 @@ class Run:
             name: value for name, value in self.parameters.items() if value is not None and name not in self.materials
         }
         constants = {
-            role: {name: value for name, value in material.items() if name not in NOT_SIMULATED}
+            role: {name: value for name, value in material.resolved().items() if name not in NOT_SIMULATED}
             for role, material in self.materials.items()
         }
         content = {"physics": PHYSICS_VERSION, "scenario": self.scenario, "parameters": acting, "materials": constants}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
 
+    @cached_property
+    def set_up(self) -> scenarios.SetUp:
+        """Its parameters as the record of its scenario."""
+        return scenarios.load(self.scenario).record(self.parameters)
+
     @property
     def mesh_grids(self) -> dict[str, MeshGrid]:
         """The grid as the mesh error of each measurement depends on it, of those of which experience may tell it."""
-        return scenarios.load(self.scenario).record(self.parameters).mesh_grids(materials_of(self))
+        return self.set_up.mesh_grids(self.materials)
 
     @cached_property
     def mesh_errors(self) -> Mapping[str, MeshError]:
@@ -92,19 +94,17 @@ class Run:
 
     def as_json(self) -> RunSpec:
         """As plain objects."""
-        return {
-            "scenario": self.scenario,
-            "parameters": dict(self.parameters),
-            "materials": {role: dict(plain) for role, plain in self.materials.items()},
-        }
+        materials = {role: material.resolved() for role, material in self.materials.items()}
+        return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": materials}
 
     @staticmethod
     def from_json(plain: RunSpec) -> "Run":
         """The run that ``as_json`` wrote."""
-        return Run(plain["scenario"], plain["parameters"], plain["materials"])
+        materials = {role: Material.from_resolved(material) for role, material in plain["materials"].items()}
+        return Run(plain["scenario"], plain["parameters"], materials)
 
 
-def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Run:
+def resolve(scenario: str, parameters: Mapping[str, Plain], materials: Mapping[str, Material] | None = None) -> Run:
     """The run of a scenario with checked parameters (SI); raises InvalidInput with every finding.
 
     ``materials`` are those of some roles; the others are those that ship, by the names that the parameters give.
@@ -118,16 +118,10 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
     given = {name: own[name] if name in own else load(str(values[name])) for name in roles}
     filled = chosen.record(values).filled(given)
-    resolved = {name: material.resolved() for name, material in given.items()}
     findings = filled.check(given)
     if findings:
         raise InvalidInput(findings)
-    return Run(scenario, flat(filled), resolved)
-
-
-def materials_of(run: Run) -> "Materials":
-    """The material records of a run."""
-    return {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
+    return Run(scenario, flat(filled), given)
 
 
 # s per particle-step of smoothed particles in three dimensions, 12 000 of them, 2026-11-23 (``make bench``).
@@ -136,13 +130,12 @@ SMOOTHED_COST = 2.2e-6
 
 def estimate(run: Run) -> Estimate:
     """The expected cost of a run on one core."""
-    chosen = scenarios.load(run.scenario)
-    size = chosen.record(run.parameters).size(materials_of(run))
-    flat = run.parameters.get("geometry") == "axisymmetric"
+    size = run.set_up.size(run.materials)
+    is_flat = run.parameters.get("geometry") == "axisymmetric"
     cost = SMOOTHED_COST
     if run.parameters.get("method", "mpm") == "mpm":
         shape = entries("solver.grid.shapes", "SHAPE")[str(run.parameters["shape"])]
-        cost = shape.flat_cost if flat else shape.box_cost
+        cost = shape.flat_cost if is_flat else shape.box_cost
     return Estimate(
         particles=size.particles,
         steps=size.steps,

@@ -3,25 +3,26 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from solver.audit import Audit, Books
 from solver.checkpoints import Carried
 from solver.simulation import Counters, Outcome
 from solver.state import Departed, Particles, Snapshot
-from studies import scenarios
-from studies.runs.run import Run, materials_of
+from studies.runs.run import Run
 from studies.scenarios import Setting
+
+if TYPE_CHECKING:
+    from numpy.lib.npyio import NpzFile
 
 EARLIER_STAGE = "stage_{}_"  # in a stored final state, before the names of the arrays of an earlier stage
 
 
 def setting_of(run: Run, ended: Sequence[Outcome] = ()) -> Setting:
     """The problem of a run after some stages have ended, with the sizes that its observer reads."""
-    parameters, materials = scenarios.load(run.scenario).record(run.parameters), materials_of(run)
-    setting = parameters.build(materials)
+    setting = run.set_up.build(run.materials)
     for outcome in ended:
-        following = parameters.next_stage(setting, outcome, materials)
+        following = run.set_up.next_stage(setting, outcome, run.materials)
         assert following is not None
         setting = following
     return setting
@@ -77,7 +78,7 @@ def outcome_of(carried: Carried) -> Outcome:
     )
 
 
-def earlier_stages(saved: Any) -> list[Outcome]:
+def earlier_stages(saved: "NpzFile") -> list[Outcome]:
     """The ends of the earlier stages in a stored final state (``numpy.load``)."""
     outcomes: list[Outcome] = []
     while (prefix := EARLIER_STAGE.format(len(outcomes) + 1)) in saved:
@@ -93,7 +94,7 @@ def together(outcomes: Sequence[Outcome]) -> Outcome:
         outcomes[-1],
         snapshot=outcomes[-1].snapshot._replace(step=sum(outcome.snapshot.step for outcome in outcomes)),
         history=tuple(audit for outcome in outcomes for audit in outcome.history),
-        counters=Counters(**{name: sum(each[name] for each in counters) for name in counters[0]}),
+        counters=Counters(**{name: sum(count[name] for count in counters) for name in counters[0]}),
         smallest_step=min(outcome.smallest_step for outcome in outcomes),
         particle_steps=sum(outcome.particle_steps for outcome in outcomes),
     )

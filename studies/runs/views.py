@@ -11,7 +11,6 @@ import numpy as np
 from solver.grid.debris import flown
 from solver.problem import Face
 from solver.problem.geometry import impact_axis
-from solver.state import Snapshot
 from studies import scenarios
 from studies.films.film_dataset import open_film
 from studies.films.film_section import sections_of
@@ -21,10 +20,8 @@ from studies.films.radiograph import radiograph as taken_of
 from studies.films.section import read_sections
 from studies.quantities.display import printed_alone
 from studies.quantities.files import FILM, STATE
-from studies.runs.remeasure import load_state
+from studies.runs.remeasure import end_of
 from studies.runs.run import Run
-from studies.runs.stages import earlier_stages, setting_of
-from studies.scenarios import Setting
 from studies.scenarios.parts.impact import ImpactSetting
 
 # Points of a view in space: each body has the same share of them, so that debris is not lost beside a large plate.
@@ -41,7 +38,7 @@ def film(run: Run, file: Path) -> View:
         bodies=sections.bodies,
         width=tuple(sections.spacing.max(axis=1).tolist()),
         mirrored=sections.mirrored,
-        frames=tuple(FrameOfPoints(each.time, each.position * (1.0, sign), each.body, each.fields) for each in frames),
+        frames=tuple(FrameOfPoints(s.time, s.position * (1.0, sign), s.body, s.fields) for s in frames),
         note="",
     )
 
@@ -52,7 +49,7 @@ def radiograph(run: Run, file: Path) -> View:
     It is taken of the final state of an impact, or is the one that the run took of it, in a file of sections.
     """
     if file.name == STATE:
-        setting, snapshot = _end(run, file)
+        setting, snapshot = end_of(run, file)
         time, whole = snapshot.time, 2.0 * math.pi / setting.sector
         taken = None
         if isinstance(setting, ImpactSetting):
@@ -86,7 +83,7 @@ def cloud(run: Run, file: Path) -> View:
 
     A body of revolution is turned about its axis, a quarter or half of a body has its mirror images.
     """
-    setting, snapshot = _end(run, file)
+    setting, snapshot = end_of(run, file)
     problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
     position = np.concatenate([particles.position, flown(problem, departed, snapshot.time)])
     body = np.concatenate([snapshot.body, departed.body]).astype(int)
@@ -96,7 +93,7 @@ def cloud(run: Run, file: Path) -> View:
         "pressure": np.concatenate([particles.pressure, np.zeros(departed.mass.size)]),
         **{name: np.concatenate([getattr(particles, name), getattr(departed, name)]) for name in CARRIED},
     }
-    names = tuple(each.name for each in problem.bodies)
+    names = tuple(one.name for one in problem.bodies)
     axis = impact_axis(problem.geometry)
     mirrors = [k for k in range(axis) if problem.faces[k][0] == Face.SYMMETRIC] if axis == 2 else []
     random = np.random.default_rng(0)
@@ -112,30 +109,23 @@ def cloud(run: Run, file: Path) -> View:
         chosen.append(mine[np.searchsorted(share, (np.arange(count) + 0.5) / count * share[-1])])
         whole = 2.0 * math.pi / setting.sector * float(share[-1]) / count
         notes.append(f"a point of {name} is {printed_alone(whole * 1e6, '1')} mg ({mine.size} particles were computed)")
-    each = np.concatenate(chosen)
-    place = position[each]
+    shown = np.concatenate(chosen)
+    place = position[shown]
     if axis == 1:
-        angle = random.random(each.size) * 2.0 * math.pi
+        angle = random.random(shown.size) * 2.0 * math.pi
         place = np.stack([place[:, 0] * np.cos(angle), place[:, 0] * np.sin(angle), place[:, 1]], axis=1)
     for k in mirrors:
-        place[:, k] *= random.choice((-1.0, 1.0), each.size)
+        place[:, k] *= random.choice((-1.0, 1.0), shown.size)
     place[:, 2] *= _downward(run)
     return View(
         bodies=names,
         width=(0.0,) * len(names),
         mirrored=False,
         frames=(
-            FrameOfPoints(snapshot.time, place, body[each], {name: values[each] for name, values in fields.items()}),
+            FrameOfPoints(snapshot.time, place, body[shown], {name: values[shown] for name, values in fields.items()}),
         ),
         note=f"Points have the same mass: {', '.join(notes)}.",
     )
-
-
-def _end(run: Run, file: Path) -> tuple[Setting, Snapshot]:
-    """The final state of a run, and the problem of its last stage."""
-    with np.load(file, allow_pickle=False) as saved:
-        setting = setting_of(run, earlier_stages(saved))
-    return setting, load_state(file)
 
 
 def _downward(run: Run) -> float:

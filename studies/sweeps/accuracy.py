@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 from studies import scenarios
 from studies.convergence import experience
 from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Plain
 from studies.quantities.units import exact_number, round_quantity
 from studies.runs.run import Run
 
@@ -27,7 +27,7 @@ def in_percent(error: float) -> str:
     return f"{round_quantity(100.0 * error):.12g} {PERCENT}"
 
 
-def read_accuracy(raw: Any) -> float:
+def read_accuracy(raw: Plain) -> float:
     """An error by its name, in per cent or as a part of one; raises InvalidInput.
 
     >>> read_accuracy("3 %"), read_accuracy(0.03), read_accuracy("draft")
@@ -38,8 +38,9 @@ def read_accuracy(raw: Any) -> float:
         return ACCURACY[raw.strip()]
     if isinstance(raw, str) and not any(letter.isdigit() for letter in raw):
         raise refusal("accuracy", raw, limit, nearest_cure(raw, ACCURACY))
-    is_percent = isinstance(raw, str) and raw.rstrip().endswith(PERCENT)
-    number = exact_number(raw.rstrip().removesuffix(PERCENT) if is_percent else raw, "accuracy", "3 %")
+    bare = raw.rstrip().removesuffix(PERCENT) if isinstance(raw, str) else raw
+    is_percent = isinstance(raw, str) and bare != raw.rstrip()
+    number = exact_number(bare, "accuracy", "3 %")
     error = round_quantity(number / 100 if is_percent else number)
     if not LEAST <= error <= MOST:
         meant = float(number) / 100.0 if not is_percent else error  # 3 is hardly 300 %
@@ -71,6 +72,6 @@ def cells_of(run: Run, error: float) -> float:
     if reasons:
         limit = f"a resolution, since the mesh error is unknown: {'; '.join(reasons)}"
         raise refusal("accuracy", in_percent(error), limit, resolution)
-    smallest = math.ceil(1e3 * max(each.bar for each in errors if each is not None)) / 1e3
+    smallest = math.ceil(1e3 * max(error.bar for error in errors if error is not None)) / 1e3
     cure = f"write accuracy: {in_percent(smallest)}" if smallest <= MOST else resolution
     raise refusal("accuracy", in_percent(error), f"at least {in_percent(smallest)}, on the finest grid", cure)

@@ -1,14 +1,17 @@
 """An axis of a sweep: a parameter and the values it takes, by list or by start, stop and step."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import TypeVar
 
+from studies.observations import written
 from studies.quantities.findings import Findings, refusal, unknown_keys
-from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.parameters import Parameter, Plain, Value, parse_value
 from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 from studies.sweeps.search import Search
+
+Item = TypeVar("Item")
 
 RANGE_KEYS = ("start", "stop", "step")
 FORMS = "a list of values, or start, stop and step"
@@ -29,6 +32,16 @@ class Axis:
     bounds: tuple[float, float] | None = None  # of an axis that is sampled; SI
     search: Search | None = None  # of an axis whose further values follow from results
 
+    def document(self) -> Plain:
+        """The axis as a document writes it: its values, and the ends of its range where it is sampled."""
+        if self.search:
+            return self.search.document()
+        values = [written(value, self.unit) for value in self.values]
+        if self.bounds is None:
+            return values
+        low, high = (written(end, self.unit) for end in self.bounds)
+        return {"low": low, "high": high, "values": values}
+
 
 @dataclass(frozen=True)
 class AxisReader:
@@ -37,7 +50,7 @@ class AxisReader:
     most_values: int
     materials: Collection[str]  # names that an axis over materials may take
 
-    def read(self, parameter: Parameter, name: str, raw: Any, field: str) -> Axis:
+    def read(self, parameter: Parameter, name: str, raw: Plain, field: str) -> Axis:
         """One axis, every value checked; raises InvalidInput with every finding."""
         if isinstance(raw, Mapping):
             values = self._range(parameter, raw, field)
@@ -47,29 +60,22 @@ class AxisReader:
             raise refusal(field, raw, FORMS, EXAMPLE)
         return Axis(name, parameter.unit, tuple(values))
 
-    def _list(self, parameter: Parameter, raw: Collection[Any], field: str) -> list[Value]:
+    def _list(self, parameter: Parameter, raw: Sequence[Plain], field: str) -> list[Value]:
         self._check_count(len(raw), field)
         findings = Findings()
         values = [findings.attempt(self._value, parameter, value, f"{field}[{at}]") for at, value in enumerate(raw)]
         findings.check()
         return values
 
-    def _value(self, parameter: Parameter, raw: Any, field: str) -> Value:
+    def _value(self, parameter: Parameter, raw: Plain, field: str) -> Value:
         if raw is None:
             raise refusal(field, raw, parameter.limit(), "give a value")
         return parse_value(parameter, raw, field, materials=self.materials)
 
-    def _range(self, parameter: Parameter, raw: Mapping[str, Any], field: str) -> list[Value]:
+    def _range(self, parameter: Parameter, raw: Mapping[str, Plain], field: str) -> list[Value]:
         if parameter.kind not in ("quantity", "integer"):
             raise refusal(field, raw, "a list of values", "write [first, second]")
         start, stop, step = _bounds(parameter, raw, field)
-        count = self._steps(start, stop, step, (parameter, field)) + 1
-        values = [start + step * number for number in range(count)]
-        return [parse_value(parameter, round_quantity(value), field, si=True) for value in values]
-
-    def _steps(self, start: Decimal, stop: Decimal, step: Decimal, context: tuple[Parameter, str]) -> int:
-        """The number of steps from start to stop, which must be whole; nothing is expanded yet."""
-        parameter, field = context
         unit = parameter.unit or "1"
         if step == 0 or (stop - start) / step < 0:
             limit = "a step that leads from start to stop"
@@ -82,7 +88,8 @@ class AxisReader:
             limit = "start plus a whole number of steps"
             cure = f"write stop: {below} or stop: {above}, or another step"
             raise refusal(f"{field}.stop", readable(float(stop), unit), limit, cure)
-        return round(steps)
+        values = [start + step * number for number in range(round(steps) + 1)]
+        return [parse_value(parameter, round_quantity(value), field, si=True) for value in values]
 
     def _check_count(self, count: int, field: str) -> None:
         if count == 0:
@@ -92,16 +99,16 @@ class AxisReader:
             raise refusal(field, f"{count} values", limit, "use fewer values, or split the sweep")
 
 
-def repeated(values: tuple[Any, ...]) -> Iterator[Any]:
+def repeated(values: Iterable[Item]) -> Iterator[Item]:
     """The values that stand a second time."""
-    earlier: set[Any] = set()
+    earlier: set[Item] = set()
     for value in values:
         if value in earlier:
             yield value
         earlier.add(value)
 
 
-def _bounds(parameter: Parameter, raw: Mapping[str, Any], field: str) -> tuple[Decimal, Decimal, Decimal]:
+def _bounds(parameter: Parameter, raw: Mapping[str, Plain], field: str) -> tuple[Decimal, Decimal, Decimal]:
     """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
     findings = Findings()
     findings.extend(unknown_keys(raw, RANGE_KEYS, field, FORMS))
@@ -113,7 +120,7 @@ def _bounds(parameter: Parameter, raw: Mapping[str, Any], field: str) -> tuple[D
     return start, stop, step
 
 
-def _bound(parameter: Parameter, key: str, raw: Mapping[str, Any], field: str) -> Decimal:
+def _bound(parameter: Parameter, key: str, raw: Mapping[str, Plain], field: str) -> Decimal:
     where = f"{field}.{key}"
     if raw.get(key) is None:
         raise refusal(where, None, FORMS, f"give {key}")

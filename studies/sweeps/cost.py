@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from studies.quantities.findings import InvalidInput
-from studies.runs import run
+from studies.runs.run import Estimate, estimate
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
@@ -20,10 +20,6 @@ class Cost:
     core_seconds: float
     bytes: int  # of what is kept
     memory: int  # of the largest process of a run, bytes
-
-    def times(self, count: int) -> "Cost":
-        """The cost of so many times the work."""
-        return Cost(self.runs * count, self.core_seconds * count, self.bytes * count, self.memory)
 
     def plus(self, other: "Cost") -> "Cost":
         """The cost of both."""
@@ -58,9 +54,7 @@ class PricedRun:
     """A run with its cost, and the number of runs that it stands for."""
 
     id: str
-    core_seconds: float
-    bytes: int
-    memory: int  # of its process
+    work: Estimate
     cells: float | None  # across the diameter
     share: float  # 1, or more where not every point of a sweep is looked at
 
@@ -76,12 +70,12 @@ class SweepCost:
 
     def of(self, priced: Iterable[PricedRun]) -> Cost:
         """The cost of some of the runs, with those that they stand for."""
-        chosen = [(each, each.share * self.further) for each in priced]
+        chosen = [(run, run.share * self.further) for run in priced]
         return Cost(
             self.runs,
-            sum(each.core_seconds * share for each, share in chosen),
-            round(sum(each.bytes * share for each, share in chosen)),
-            max((each.memory for each, _ in chosen), default=0),
+            sum(run.work.core_seconds * share for run, share in chosen),
+            round(sum(run.work.bytes * share for run, share in chosen)),
+            max((run.work.memory for run, _ in chosen), default=0),
         )
 
 
@@ -92,11 +86,10 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
     count = 0
     for count, point in enumerate(sweep.every_run(MOST_LOOKED_AT), 1):
         if point.run.id not in priced:
-            each = run.estimate(point.run)
-            share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
             cells = point.run.parameters.get(RESOLUTION)
-            about = (point.run.id, each.core_seconds, each.bytes, each.memory)
-            priced[point.run.id] = PricedRun(*about, None if cells is None else float(cells), share)
+            share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
+            across = None if cells is None else float(cells)
+            priced[point.run.id] = PricedRun(point.run.id, estimate(point.run), across, share)
     runs = sweep.most_runs + count - on_axes
     further = sweep.most_runs / sweep.size
     return SweepCost(runs, count, tuple(priced.values()), further)
@@ -115,14 +108,13 @@ def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
             resolved = sweep.at_accuracy(error)
         except ValueError:
             return
-        about = (name, error, resolved.most_runs)
-        if resolved.most_runs > most_runs:
-            yield PresetCost(*about, None, None, f"more than {most_runs} runs")
-            continue
+        reason = f"more than {most_runs} runs" if resolved.most_runs > most_runs else ""
         try:
-            cost = sweep_cost(resolved)
+            cost = None if reason else sweep_cost(resolved)
         except InvalidInput as refused:
-            yield PresetCost(*about, None, None, refused.findings[0].limit)
+            cost, reason = None, refused.findings[0].limit
+        if cost is None:
+            yield PresetCost(name, error, resolved.most_runs, None, None, reason)
             continue
-        cells = [each.cells for each in cost.priced if each.cells is not None]
+        cells = [run.cells for run in cost.priced if run.cells is not None]
         yield PresetCost(name, error, cost.runs, (min(cells), max(cells)), cost.of(cost.priced).plus(OF_SWEEP))

@@ -1,8 +1,7 @@
 """The files of a sweep's document: YAML or JSON texts as mappings, and the errors for files that are not there."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path, PurePath
-from typing import Any
 
 import yaml
 
@@ -20,7 +19,7 @@ WIDEST = 10_000  # letters in a line of YAML that is written
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 
 
-def read_sweep_file(file: Path) -> dict[str, Any]:
+def read_sweep_file(file: Path) -> dict[str, Plain]:
     """The document of a YAML file, with the content of the files that it names (``with_files``).
 
     Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
@@ -28,7 +27,7 @@ def read_sweep_file(file: Path) -> dict[str, Any]:
     return with_files(read_yaml(text_of(file, str(file)), str(file)), file.parent)
 
 
-def with_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def with_files(document: Mapping[str, Plain], folder: Path) -> dict[str, Plain]:
     """A document with the content of the files that it names by their paths from a folder.
 
     ``observations`` is a table of shots; a file goes before a table that ships (``studies.observations``) of its name.
@@ -48,7 +47,7 @@ def with_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return document
 
 
-def read_law_file(file: Path) -> dict[str, Any]:
+def read_law_file(file: Path) -> dict[str, Plain]:
     """The document of a fitted law, JSON or YAML; raises InvalidInput naming the file.
 
     Its content is part of a sweep's document: what computes the sweep never opens the file.
@@ -60,7 +59,7 @@ def read_law_file(file: Path) -> dict[str, Any]:
     return document
 
 
-def read_yaml(text: str, source: str, limit: str = "a mapping with scenario and axes") -> dict[str, Any]:
+def read_yaml(text: str, source: str, limit: str = "a mapping with scenario and axes") -> dict[str, Plain]:
     """A YAML (or JSON) text as a mapping; raises InvalidInput naming line and column."""
     try:
         document = yaml.load(text, _StrictLoader)
@@ -75,7 +74,7 @@ def read_yaml(text: str, source: str, limit: str = "a mapping with scenario and 
 class _StrictLoader(SafeLoader):
     """Plain values only, and each key once: the second of two equal keys would win in silence."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Plain]:
         keys: set[str] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
@@ -121,7 +120,7 @@ def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidIn
     if example:
         cure = f"{cure} {example}" if cure.startswith("did you mean") else example
     elif file.suffix in (".yaml", ".yml", ".json", ""):
-        names = ", ".join(f"{each}.yaml" for each in examples.names()[:MOST_LISTED])
+        names = ", ".join(f"{example}.yaml" for example in examples.names()[:MOST_LISTED])
         cure += f" Examples: {names} in {examples.folder()}"
     return InvalidInput([Finding(name, f"{file}: no such file", "a file that is there", cure)])
 

@@ -1,16 +1,15 @@
 """A sweep written as a shot: its parameters stand at the top of the document, as they do in a question to laws."""
 
 from collections.abc import Collection, Mapping
-from typing import Any
 
 from studies import scenarios
 from studies.laws import target_of
-from studies.quantities.parameters import lists_of
+from studies.quantities.parameters import Plain, lists_of
 
 ALWAYS = "speed"  # every shot has one, and no sweep has it as a key
 
 
-def as_sweep(document: Mapping[str, Any], keys: Collection[str]) -> Mapping[str, Any]:
+def as_sweep(document: Mapping[str, Plain], keys: Collection[str]) -> Mapping[str, Plain]:
     """The document of a sweep, of either form, whose other ``keys`` stay; the scenario is that of what is hit.
 
     A shot without lists of values is a sweep over its speed alone.

@@ -15,15 +15,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
-from typing import Any
 
+from studies.quantities.parameters import Plain
 from studies.runs.run import Run, RunSpec
-from studies.scenarios import Setting, load
+from studies.scenarios import Setting
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
-KernelKind = tuple[Any, ...]
+KernelKind = tuple[str, tuple[tuple[str, str], ...], tuple[tuple[str, tuple[str, str]], ...]]
 
 
 def kinds_of(runs: Iterable[Run]) -> list[Run]:
@@ -47,18 +47,16 @@ def compile_kernels(runs: Iterable[Run]) -> int:
     return len(kinds)
 
 
-def _compile(run: RunSpec) -> None:
+def _compile(plain: RunSpec) -> None:
     from solver.simulation import simulate
-    from studies.runs.run import materials_of
     from studies.runs.stages import setting_of
 
-    resolved = Run.from_json(run)
-    parameters = load(resolved.scenario).record(resolved.parameters)
-    setting: Setting | None = setting_of(resolved)
+    run = Run.from_json(plain)
+    setting: Setting | None = setting_of(run)
     while setting is not None:
         problem = setting.problem
         outcome = simulate(replace(problem, end_time=problem.start_time + 1e-15))
-        setting = parameters.next_stage(setting, outcome, materials_of(resolved))
+        setting = run.set_up.next_stage(setting, outcome, run.materials)
 
 
 def _kind(run: Run) -> KernelKind:
@@ -68,16 +66,11 @@ def _kind(run: Run) -> KernelKind:
         for name, value in run.parameters.items()
         if isinstance(value, str) and name not in (*run.materials, "recipe")
     }
-    laws = {
-        (role, section): part["kind"]
-        for role, plain in run.materials.items()
-        for section, part in plain.items()
-        if isinstance(part, Mapping) and "kind" in part
-    }
+    laws = {role: (material.eos.kind, material.strength.kind) for role, material in run.materials.items()}
     return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))
 
 
-def main(documents: Sequence[Mapping[str, Any]]) -> None:
+def main(documents: Sequence[Mapping[str, Plain]]) -> None:
     """Compile the kernels of some sweeps, and print how many kinds there are."""
     runs = [point.run for document in documents for point in Sweep.parse(document).every_run()]
     print(compile_kernels(runs))

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
+from studies.observations import written
 from studies.quantities.findings import refusal
-from studies.quantities.parameters import Value
+from studies.quantities.parameters import Plain, Value
 from studies.sweeps.reading import ACCEPTED, RESOLUTION
 from studies.sweeps.sweep import Sweep
 
 
-def with_values(sweep: Sweep, name: str, added: Sequence[Any]) -> Sweep:
+def with_values(sweep: Sweep, name: str, added: Sequence[Plain]) -> Sweep:
     """The sweep with further values on an axis, or further resolutions; raises InvalidInput.
 
     Values that ascend still do.
@@ -24,7 +24,8 @@ def with_values(sweep: Sweep, name: str, added: Sequence[Any]) -> Sweep:
     if axis is None or sweep.combine != "grid" or axis.search:
         limit = "an axis with values of its own, of a sweep with combine: grid"
         raise refusal("axis", name, limit, "submit another sweep")
-    document["axes"] = {**document["axes"], name: [*document["axes"][name], *added]}
+    written_axes = {other.name: other.document() for other in sweep.axes}
+    document["axes"] = {**written_axes, name: [*(written(value, axis.unit) for value in axis.values), *added]}
     longer = Sweep.parse(document, ACCEPTED)
     if list(axis.values) != sorted(axis.values, key=_by_size):
         return longer

@@ -2,9 +2,9 @@
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeVar, get_args
+from typing import Literal, TypeVar, get_args
 
 from studies import materials as shipped
 from studies import measurements, scenarios
@@ -22,7 +22,17 @@ from studies.quantities.findings import (
     refusal,
     shown,
 )
-from studies.quantities.parameters import Parameter, Value, by_place, declared, find, missing, parse_value, parse_values
+from studies.quantities.parameters import (
+    Parameter,
+    Plain,
+    Value,
+    by_place,
+    declared,
+    find,
+    missing,
+    parse_value,
+    parse_values,
+)
 from studies.quantities.units import exact_number
 from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
@@ -43,6 +53,7 @@ MOST_LAWS = 50  # fitted ones of a sweep
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Allowed = TypeVar("Allowed", bound=str)
+Sweep = TypeVar("Sweep")
 
 END = "end_time"  # the parameter that rows of "ends" set
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
@@ -68,23 +79,23 @@ class SweepLimits:
 ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
-def read_fields(document: Any, limits: SweepLimits) -> dict[str, Any]:
-    """The fields of the sweep of a document; raises InvalidInput with every error."""
+def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits) -> Sweep:
+    """What ``make`` makes of the checked fields of a document: the sweep; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     with few_suggestions():
-        return _DocumentReading(as_sweep(document, KEYS), limits).fields()
+        return _DocumentReading(as_sweep(document, KEYS), limits).sweep(make)
 
 
 class _DocumentReading:
     """One document being read, with the findings so far."""
 
-    def __init__(self, document: Mapping[str, Any], limits: SweepLimits):
+    def __init__(self, document: Mapping[str, Plain], limits: SweepLimits):
         self.document = document
         self.limits = limits
         self.findings = Findings()
 
-    def fields(self) -> dict[str, Any]:
+    def sweep(self, make: Callable[..., Sweep]) -> Sweep:
         """The whole document, in the order in which one part needs another; raises InvalidInput."""
         for key in self.document:
             if key not in KEYS:
@@ -116,40 +127,37 @@ class _DocumentReading:
         observations = None if table is None else self.findings.attempt(read_observations, table, terms)
         laws = self._laws(terms)
         model_part = self._choice("model_part", MODEL_PARTS, "stored, screen or none")
-        if self.limits is not ACCEPTED:
-            self._refuse_controls()
+        self._refuse_controls()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
         self.findings.check()
-        return {
-            "name": name,
-            "title": title,
-            "scenario": scenario.name,
-            "fixed": fixed,
-            "axes": axes,
-            "combine": combine,
-            "sampling": self.sampling,
-            "resolutions": resolutions,
-            "offsets": offsets,
-            "accuracy": accuracy,
-            "cells": cells,
-            "materials": own,
-            "observations": observations or (),
-            "laws": laws,
-            "model_part": model_part,
-            "ends": ends,
-            "max_particles": self.limits.max_particles,
-        }
+        return make(
+            name=name,
+            title=title,
+            scenario=scenario.name,
+            fixed=fixed,
+            axes=axes,
+            combine=combine,
+            sampling=self.sampling,
+            resolutions=resolutions,
+            offsets=offsets,
+            accuracy=accuracy,
+            cells=cells,
+            materials=own,
+            observations=observations or (),
+            laws=laws,
+            model_part=model_part,
+            ends=ends,
+            max_particles=self.limits.max_particles,
+        )
 
     def _refuse(self, field: str, value: object, limit: str, cure: str) -> None:
         self.findings.append(Finding(field, shown(value), limit, cure))
 
     def _text(self, key: str, default: str) -> str:
         text = self.document.get(key, default)
-        is_text = isinstance(text, str) and 0 < len(text.strip()) <= LONGEST_NAME
-        # What was accepted before stays readable.
-        if is_text and (text.strip().isprintable() or self.limits is ACCEPTED):
-            return str(text.strip())
+        if isinstance(text, str) and 0 < len(text.strip()) <= LONGEST_NAME and text.strip().isprintable():
+            return text.strip()
         limit = f"a text of at most {LONGEST_NAME} characters, all of them printable"
         self._refuse(key, text, limit, "write a text, or leave it out")
         return default
@@ -195,7 +203,7 @@ class _DocumentReading:
                 raise refusal(key, self.document[key], limit, "leave it out")
         return None
 
-    def _mapping(self, key: str) -> Mapping[str, Any]:
+    def _mapping(self, key: str) -> Mapping[str, Plain]:
         part = self.document.get(key)
         if isinstance(part, Mapping):
             return part
@@ -213,7 +221,7 @@ class _DocumentReading:
         read = {name: self.findings.attempt(self._material, name, document) for name, document in documents.items()}
         return {name: material for name, material in read.items() if material is not None}
 
-    def _material(self, name: Any, document: Any) -> Material:
+    def _material(self, name: str, document: Plain) -> Material:
         if name in shipped.names():
             limit = "a name that no shipped material has"
             raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
@@ -264,7 +272,7 @@ class _DocumentReading:
             self._check_combination(axes, combine)
         return axes
 
-    def _axis(self, terms: AllowedNames, combine: Combine, name: str, values: Any) -> Axis:
+    def _axis(self, terms: AllowedNames, combine: Combine, name: str, values: Plain) -> Axis:
         field = f"axes.{name}"
         if name == "resolution" and name not in terms.parameters:
             cure = f"the axis is called {RESOLUTION!r}"
@@ -278,12 +286,12 @@ class _DocumentReading:
             reader = AxisReader(self.limits.max_runs, terms.materials)
             return read_range(parameter, name, values, reader, points)
         if isinstance(values, Mapping) and "limit_of" in values:
-            search = read_search(parameter, values, field, terms.quantities)
+            search = read_search(parameter, values, name, terms.quantities)
             return Axis(name, parameter.unit, search.start(), search=search)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)
 
-    def _ends(self, terms: AllowedNames, axes: tuple[Axis, ...]) -> "tuple[tuple[Mapping[str, Value], float], ...]":
+    def _ends(self, terms: AllowedNames, axes: tuple[Axis, ...]) -> tuple[tuple[Mapping[str, Value], float], ...]:
         """Rows of points with a latest end of their own: the value of each axis, and the end."""
         rows = self.document.get("ends")
         if rows is None:
@@ -313,18 +321,12 @@ class _DocumentReading:
         if not searched:
             return
         field = f"axes.{searched[0]}"
-        for refused, value, limit, cure in (
-            (len(searched) > 1, ", ".join(searched), "one limit", "give the others as values"),
-            (combine != "grid", combine, "combine: grid for a limit", "leave combine out"),
-            (
-                self.document.get("model_part") == "screen",
-                "model_part: screen",
-                "stored or none for a limit",
-                "leave model_part out",
-            ),
-        ):
-            if refused:
-                self._refuse(field, value, limit, cure)
+        if len(searched) > 1:
+            self._refuse(field, ", ".join(searched), "one limit", "give the others as values")
+        if combine != "grid":
+            self._refuse(field, combine, "combine: grid for a limit", "leave combine out")
+        if self.document.get("model_part") == "screen":
+            self._refuse(field, "model_part: screen", "stored or none for a limit", "leave model_part out")
 
     def _check_combination(self, axes: tuple[Axis, ...], combine: Combine) -> None:
         """Axes of a zip are equally long; no value of an axis (of a zip: no point) stands twice."""
@@ -387,7 +389,7 @@ class _DocumentReading:
         if not isinstance(chosen, list | tuple) or len(chosen) != points:
             raise refusal("cells", chosen, f"a list with the cells of each of {points} points", "leave it out")
         cells = self.record[RESOLUTION]
-        return tuple(None if each is None else float(parse_value(cells, each, "cells") or 0.0) for each in chosen)
+        return tuple(None if one is None else float(parse_value(cells, one, "cells") or 0.0) for one in chosen)
 
     def _resolutions(self) -> tuple[float, ...]:
         values = self.document.get("resolution")
@@ -417,7 +419,7 @@ class _DocumentReading:
             self._require_free("offsets", count, OFFSET)
         return int(number)
 
-    def _require_free(self, key: str, value: Any, parameter: str) -> None:
+    def _require_free(self, key: str, value: Plain, parameter: str) -> None:
         """The scenario has the parameter that a key sets, and the document does not set it otherwise."""
         if parameter not in self.record:
             limit = f"a scenario with {parameter.replace('_', ' ')}"
@@ -464,8 +466,8 @@ def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
 
     Where no material of the role is known, one finding says so; any constant is let through then.
     """
-    every = [material.parameters() for material in candidates or map(shipped.load, shipped.names())]
-    constants = every if candidates else [{path: each for one in every for path, each in one.items()}]
-    units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
+    every = [material.parameters for material in candidates or map(shipped.load, shipped.names())]
+    constants = every if candidates else [{path: constant for own in every for path, constant in own.items()}]
+    units = [{(path, constant.unit) for path, constant in own.items()} for own in constants]
     shared = set.intersection(*units)
     return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}

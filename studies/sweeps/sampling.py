@@ -2,13 +2,16 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, TypeGuard
 
 from studies.quantities.findings import Finding, Findings, refusal, shown, unknown_keys
-from studies.quantities.parameters import Parameter
+from studies.quantities.parameters import Parameter, Plain
 from studies.quantities.units import readable, round_quantity
 from studies.sweeps.axes import Axis, AxisReader
 from studies.sweeps.search import read_end
+
+if TYPE_CHECKING:
+    from scipy.stats.qmc import QMCEngine
 
 LATIN, SOBOL = "latin-hypercube", "sobol"
 METHODS = (LATIN, SOBOL)
@@ -32,16 +35,16 @@ class Sampling:
         """
         from scipy.stats import qmc
 
-        engine: Callable[..., Any] = {LATIN: qmc.LatinHypercube, SOBOL: qmc.Sobol}[self.method]
+        engine: Callable[..., QMCEngine] = {LATIN: qmc.LatinHypercube, SOBOL: qmc.Sobol}[self.method]
         points = engine(dimensions, rng=self.seed).random(self.points)
         rows: list[list[float]] = points.T.tolist()
         return rows
 
 
-def read_sampling(method: str, document: Mapping[str, Any], most_points: int) -> Sampling:
+def read_sampling(method: str, document: Mapping[str, Plain], most_points: int) -> Sampling:
     """Count and seed of a document whose axes are sampled; raises InvalidInput with every finding."""
     findings = Findings()
-    points: Any = document.get("points")
+    points = document.get("points")
     if not _is_whole(points) or not 1 <= points <= most_points:
         limit = f"a whole number from 1 to {most_points}"
         findings.append(Finding("points", shown(points), limit, "write points: 16"))
@@ -50,15 +53,17 @@ def read_sampling(method: str, document: Mapping[str, Any], most_points: int) ->
         cure = f"write points: {below} or points: {2 * below}"
         limit = "a power of two, without which a Sobol sequence loses its balance"
         findings.append(Finding("points", shown(points), limit, cure))
-    seed: Any = document.get("seed")
+    seed = document.get("seed")
     if not _is_whole(seed) or not 0 <= seed <= LARGEST_SEED:
         limit = f"a whole number from 0 to {LARGEST_SEED}, so that the same points come again"
         findings.append(Finding("seed", shown(seed), limit, "write seed: 1"))
     findings.check()
+    assert _is_whole(points)
+    assert _is_whole(seed)
     return Sampling(method, points, seed)
 
 
-def read_range(parameter: Parameter, name: str, raw: Any, reader: AxisReader, points: int | None) -> Axis:
+def read_range(parameter: Parameter, name: str, raw: Plain, reader: AxisReader, points: int | None) -> Axis:
     """An axis that is sampled: low and high, and the values of an earlier reading; raises InvalidInput.
 
     A document that was read once states its values, so that they stay whatever generates them later.
@@ -101,5 +106,5 @@ def sampled(sampling: Sampling, axes: Sequence[Axis]) -> tuple[Axis, ...]:
     return tuple(drawn)
 
 
-def _is_whole(value: Any) -> bool:
+def _is_whole(value: Plain) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool)

@@ -15,7 +15,8 @@ from studies import materials as shipped
 from studies.materials import Material
 from studies.materials.schema import OPTIONAL
 from studies.quantities.findings import InvalidInput
-from studies.runs.run import Run, materials_of, resolve
+from studies.quantities.parameters import Value
+from studies.runs.run import Run, resolve
 
 # Relative standard deviation of the strength that sources state for one metal. Yield stress of Al 6061-T6: 276 MPa
 # (pyBLOSSUM), 290 MPa (Steinberg 1996), 324 MPa (Lesuer 2001): 8 %. Flow stress of annealed copper at a plastic strain
@@ -45,7 +46,7 @@ class Screen:
 
 def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
     """Every change of a run; ``own`` are materials of its sweep: draws of a calibration, say."""
-    materials = materials_of(run)
+    materials = run.materials
     for name, factor in ((STRONGER, 1.0 + STRENGTH_DEVIATION), (WEAKER, 1.0 - STRENGTH_DEVIATION)):
         yield _screen(run, name, {role: _scaled(material, factor) for role, material in materials.items()}, {})
     # Other sources and other tempers of the same alloys that ship, and the sweep's own.
@@ -54,8 +55,8 @@ def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
             yield _exchanged(run, kind, materials, alternative)
     yield from _of_other_failure(run, materials)
     others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
-    for each in others:
-        yield _exchanged(run, EOS, materials, each)
+    for other in others:
+        yield _exchanged(run, EOS, materials, other)
     if not others:
         names = ", ".join(material.name for material in _each_once(materials))
         yield Screen(EOS, None, f"no material has the strength of {names} and another form")
@@ -70,19 +71,21 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
     """
     differences = {name: abs(value - base) / abs(base) for name, value in answers.items()}
     draws = [differences.pop(name) for name in answers if name.startswith(DRAWN)]
-    each = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
+    sizes = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
     if draws:
-        each[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
-    return {kind: max(sizes) for kind, sizes in each.items() if sizes}
+        sizes[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
+    return {kind: max(of_kind) for kind, of_kind in sizes.items() if of_kind}
 
 
-def failures_of(base: float, answers: Mapping[str, float], own: str | None, of: str | None) -> dict[str, float]:
+def failures_of(base: float, answers: Mapping[str, float], own: Value, of: Value) -> dict[str, float]:
     """Relative differences of the answer with each other failure from that with one of them (``of``).
 
     ``own`` is the failure of the base. Empty where there is no answer with the failure that is asked for.
     """
-    by_failure: dict[str | None, float] = {own: base}
-    by_failure |= {name.removeprefix(f"{FAILURE} "): each for name, each in answers.items() if name.startswith(FAILURE)}
+    by_failure: dict[Value, float] = {own: base}
+    by_failure |= {
+        name.removeprefix(f"{FAILURE} "): value for name, value in answers.items() if name.startswith(FAILURE)
+    }
     mine = by_failure.pop(of, None)
     return {str(name): value / mine - 1.0 for name, value in by_failure.items()} if mine else {}
 
@@ -94,7 +97,7 @@ def thrown_out() -> Mapping[str, str]:
     return {failure: why for failure, why in reasons.items() if why}
 
 
-def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]) -> Screen:
+def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, Value]) -> Screen:
     try:
         changed = resolve(run.scenario, {**run.parameters, **changes}, materials)
     except InvalidInput as error:
@@ -116,17 +119,18 @@ def _each_once(materials: Mapping[str, Material]) -> list[Material]:
 
 
 def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
-    """The run with another material in every role that has its alloy; it breaks as the one that it replaces."""
+    """The run with another material in every role that has its alloy.
+
+    It breaks as the one that it replaces: few sources have the constants of failures.
+    """
     changed = {
-        role: _breaking_like(each, other) if each.alloy == other.alloy else each for role, each in materials.items()
+        role: replace(other, **{section: getattr(own, section) for section in OPTIONAL})
+        if own.alloy == other.alloy
+        else own
+        for role, own in materials.items()
     }
     names = {role: material.name for role, material in changed.items()}
     return _screen(run, f"{kind} of {other.name}", changed, names)
-
-
-def _breaking_like(material: Material, other: Material) -> Material:
-    """Another source of a material, with the constants of its failures: few sources have them."""
-    return replace(other, **{section: getattr(material, section) for section in OPTIONAL})
 
 
 def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[Screen]:
@@ -143,7 +147,7 @@ def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[S
 
 def _of_strengths(materials: Mapping[str, Material], others: Iterable[Material]) -> Iterator[Material]:
     """Of some materials those of the same alloys with another strength, each strength once."""
-    alloys, known = {each.alloy for each in materials.values()}, [each.strength for each in materials.values()]
+    alloys, known = {own.alloy for own in materials.values()}, [own.strength for own in materials.values()]
     for other in others:
         if other.alloy in alloys and other.strength not in known:
             known.append(other.strength)

@@ -17,16 +17,17 @@ bounds the limit.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 from typing import Any
 
 from studies import measurements
+from studies.observations import written
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import doubting_flags
-from studies.quantities.parameters import Parameter, parse_value
+from studies.quantities.parameters import Parameter, Plain, Value, parse_value
 from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
 KEYS = ("limit_of", "between", "tolerance", "until")
@@ -59,6 +60,14 @@ class Search:
     high: float
     tolerance: float  # of the interval that is asked for, SI
     until: float | None = None  # in its place: the width of the interval over its values
+    axis: str = ""  # the parameter whose limit is searched, as a user writes it
+    unit: str = "1"  # SI symbol
+
+    def document(self) -> dict[str, Value]:
+        """The search as a document writes it."""
+        low, high, tolerance = (written(value, self.unit) for value in (self.low, self.high, self.tolerance))
+        width = {"tolerance": tolerance} if self.until is None else {"until": self.until}
+        return {"limit_of": self.quantity, "between": [low, high], **width}
 
     def start(self, chance: Chance | None = None) -> tuple[float, ...]:
         """The values of the first runs, which need no result."""
@@ -115,17 +124,17 @@ class SearchedLimit:
 
 
 def replay(
-    search: Search, outcome_of: Callable[[float], LimitOutcome | str], unit: str, chance: Chance | None = None
+    search: Search, outcome_of: Callable[[float], LimitOutcome | str], chance: Chance | None = None
 ) -> SearchedLimit:
     """A search as its results tell it.
 
-    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons,
-    and ``chance`` guides a search with ``until``.
+    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``chance`` guides a search
+    with ``until``.
     """
     tried = list(search.start(chance))
     while True:
         outcomes = {value: outcome_of(value) for value in sorted(tried)}
-        limit = _limit(search, outcomes, unit, chance)
+        limit = _limit(search, outcomes, chance)
         if limit.next is None:
             return limit
         tried.append(limit.next)
@@ -133,9 +142,7 @@ def replay(
             return SearchedLimit(SearchVerdict.UNFINISHED, tuple(sorted(tried)), limit.next)
 
 
-def _limit(
-    search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: str, chance: Chance | None
-) -> SearchedLimit:
+def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], chance: Chance | None) -> SearchedLimit:
     """Where a search stands with these outcomes, by ascending value."""
     tried = tuple(outcomes)
     if any(isinstance(outcome, str) for outcome in outcomes.values()):
@@ -153,13 +160,13 @@ def _limit(
         following = _guided(search, outcomes, chance) if search.until is not None else _halved(search, outcomes)
     if following is None and (is_reversed or not (zeros and ones)):
         ends = [end for end in (search.low, search.high) if end in outcomes] or [*zeros[-1:], *ones[:1]]
-        gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in ends) or "undecided"
+        gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, search.unit)}" for end in ends) or "undecided"
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
     reason = ""
     if following is None and search.is_too_wide(lower, upper):
         inside = [value for value, outcome in outcomes.items() if outcome is None and lower < value < upper]
-        at = ", ".join(readable(float(f"{value:.3g}"), unit) for value in inside)
+        at = ", ".join(readable(float(f"{value:.3g}"), search.unit) for value in inside)
         reason = f"wider than asked: {f'{search.quantity} is open at {at}' if at else 'no try is left'}"
     return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper, reason)
 
@@ -202,57 +209,61 @@ def _shown(outcome: LimitOutcome | str) -> str:
     return "without an outcome" if outcome is None else str(int(bool(outcome)))
 
 
+def decided(value: float | None, flags: Iterable[str]) -> LimitOutcome:
+    """The outcome of a measured value, 1 or 0; None without one, or where it may change."""
+    return None if value is None or doubting_flags(value, flags) else value > 0.5
+
+
 def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> LimitOutcome:
     """The outcome among the measurements of a result, as plain values; None without one, or where it may change."""
     measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
-    value = measured.get("value")
-    if value is None or doubting_flags(value, measured.get("flags", ())):
-        return None
-    return bool(value > 0.5)
+    return decided(measured.get("value"), measured.get("flags", ()))
 
 
-def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quantities: Mapping[str, Any]) -> Search:
+def read_search(parameter: Parameter, raw: Mapping[str, Plain], name: str, quantities: Collection[str]) -> Search:
     """The search of a document's axis; ``quantities`` are those of the scenario. Raises InvalidInput."""
+    field = f"axes.{name}"
     if parameter.kind != "quantity":
         raise refusal(field, raw, "a list of values", "search for the limit of a quantity")
     findings = Findings()
     findings.extend(unknown_keys(raw, KEYS, field, "limit_of and between"))
     outcomes = [name for name in quantities if measurements.load(name).is_outcome]
-    quantity: Any = raw["limit_of"]
+    quantity = raw["limit_of"]
     if not isinstance(quantity, str) or quantity not in outcomes:
         limit = "what the scenario measures as 1 or 0: " + (", ".join(outcomes) or "nothing")
         findings.append(Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes)))
-    between: Any = raw.get("between")
-    if not isinstance(between, list | tuple) or len(between) != 2:
+    between = raw.get("between")
+    pair = [*between] if isinstance(between, list | tuple) and len(between) == 2 else []
+    if not pair:
         findings.append(Finding(f"{field}.between", shown(between), "two values", EXAMPLE))
-        between = ()
     ends = [
         findings.attempt(read_end, parameter, end, f"{field}.between[{place}]", parameter.limit())
-        for place, end in enumerate(between)
+        for place, end in enumerate(pair)
     ]
     findings.check()
     low, high = (end for end in ends if end is not None)
     unit = parameter.unit or "1"
     if not low < high:
         limit = f"more than {readable(low, unit)}"
-        raise refusal(f"{field}.between[1]", between[1], limit, EXAMPLE)
+        raise refusal(f"{field}.between[1]", pair[1], limit, EXAMPLE)
     tolerance = round_quantity(TOLERANCE * (high - low))
     if raw.get("until") is not None:
         if raw.get("tolerance") is not None:
             raise refusal(f"{field}.until", raw["until"], "until, or a tolerance", "give one of the two")
         if low <= 0.0:
-            raise refusal(f"{field}.between[0]", between[0], "more than zero for until", "give a tolerance instead")
-        return Search(quantity, low, high, tolerance, _read_share(raw["until"], f"{field}.until"))
+            raise refusal(f"{field}.between[0]", pair[0], "more than zero for until", "give a tolerance instead")
+        until = _read_share(raw["until"], f"{field}.until")
+        return Search(str(quantity), low, high, tolerance, until, axis=name, unit=unit)
     if raw.get("tolerance") is not None:
         # A difference of two values, without the bounds of these.
         tolerance = float(parse_quantity(raw["tolerance"], unit, f"{field}.tolerance"))
         if not FINEST * (high - low) <= tolerance <= high - low:
             limit = f"a millionth of the interval to all of it, {readable(high - low, unit)}"
             raise refusal(f"{field}.tolerance", raw["tolerance"], limit, "choose another one")
-    return Search(quantity, low, high, tolerance)
+    return Search(str(quantity), low, high, tolerance, axis=name, unit=unit)
 
 
-def _read_share(raw: Any, field: str) -> float:
+def _read_share(raw: Plain, field: str) -> float:
     """A share, "10 %" or 0.1."""
     text = str(raw).strip()
     percent = text.endswith("%")
@@ -263,7 +274,7 @@ def _read_share(raw: Any, field: str) -> float:
     return share
 
 
-def read_end(parameter: Parameter, raw: Any, field: str, limit: str, example: str = EXAMPLE) -> float:
+def read_end(parameter: Parameter, raw: Plain, field: str, limit: str, example: str = EXAMPLE) -> float:
     """An end of the range of a quantity (SI); ``limit`` says what is allowed where it is missing."""
     if raw is None:
         raise refusal(field, raw, limit, example)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from solver.units import Described
 from studies import materials as shipped
@@ -16,10 +16,10 @@ from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.quantities.findings import Finding, InvalidInput, refusal
-from studies.quantities.parameters import LongText, Value, declared, marks
+from studies.quantities.parameters import LongText, Plain, Value, declared, marks
 from studies.quantities.units import round_quantity
-from studies.runs import run
-from studies.sweeps.accuracy import cells_of
+from studies.runs.run import Run, resolve
+from studies.sweeps.accuracy import cells_of, in_percent
 from studies.sweeps.axes import Axis
 from studies.sweeps.grid import Grid, Place, product
 from studies.sweeps.guides import guide_of
@@ -31,12 +31,11 @@ from studies.sweeps.reading import (
     Combine,
     ModelPartChoice,
     SweepLimits,
-    read_fields,
+    read_sweep,
     vocabulary,
 )
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import Chance, LimitOutcome, SearchedLimit, replay
-from studies.sweeps.written import document_of
+from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, replay
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -54,15 +53,7 @@ class Point:
 
     index: tuple[int, ...]  # one number an axis (grid), or one (else); then one a refinement
     coordinates: Mapping[str, Value]  # SI, by axis name
-    run: "run.Run"
-
-
-@dataclass(frozen=True)
-class UnfinishedPoint:
-    """The place of a run of a sweep that is not computed."""
-
-    index: tuple[int, ...]
-    coordinates: Mapping[str, Value]
+    run: Run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,12 +86,12 @@ class Sweep:
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
     @staticmethod
-    def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
+    def parse(document: object, limits: SweepLimits | None = None) -> "Sweep":
         """The sweep of a document; raises InvalidInput with all findings.
 
         Conditions between several parameters are checked by ``runs()``.
         """
-        return Sweep(**read_fields(document, limits or SweepLimits()))
+        return read_sweep(Sweep, document, limits or SweepLimits())
 
     @property
     def definition(self) -> scenarios.Scenario:
@@ -125,74 +116,81 @@ class Sweep:
         return self.grid.size
 
     @property
-    def searched(self) -> Axis | None:
-        """The axis whose limit is searched."""
-        return next((axis for axis in self.axes if axis.search), None)
+    def search(self) -> Search | None:
+        """The search for a limit on one of its axes."""
+        return next((axis.search for axis in self.axes if axis.search), None)
 
     @property
     def most_runs(self) -> int:
         """The most runs: those of every try where a limit is searched."""
-        axis = self.searched
-        if axis is None or axis.search is None:
-            return self.size
-        return self.size // len(axis.values) * axis.search.most_tries
+        starts = [(len(axis.values), axis.search.most_tries) for axis in self.axes if axis.search]
+        return self.size // starts[0][0] * starts[0][1] if starts else self.size
 
-    def limits(
-        self, outcome_of: "Callable[[run.Run], LimitOutcome | str]"
-    ) -> list[tuple[dict[str, Value], SearchedLimit]]:
+    def limits(self, outcome_of: Callable[[Run], LimitOutcome | str]) -> list[tuple[dict[str, Value], SearchedLimit]]:
         """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
-        axis = self.searched
-        assert axis is not None
-        assert axis.search is not None
-        others = tuple(other for other in self.axes if other is not axis)
-        return [
-            (
-                at,
-                replay(
-                    axis.search,
-                    lambda value, at=at: self._agreed(outcome_of, {**at, axis.name: value}),  # type: ignore[misc]
-                    axis.unit or "1",
-                    self._chance(at),
-                ),
-            )
-            for _, at in product(others)
-        ]
+        search = self.search
+        assert search is not None
 
-    def _agreed(
-        self, outcome_of: "Callable[[run.Run], LimitOutcome | str]", at: Mapping[str, Value]
-    ) -> "LimitOutcome | str":
+        def limit_at(at: Mapping[str, Value]) -> SearchedLimit:
+            return replay(search, lambda value: self._agreed(outcome_of, {**at, search.axis: value}), self._chance(at))
+
+        return [(at, limit_at(at)) for _, at in product(tuple(axis for axis in self.axes if not axis.search))]
+
+    def _agreed(self, outcome_of: Callable[[Run], LimitOutcome | str], at: Mapping[str, Value]) -> LimitOutcome | str:
         """The outcome of all runs of a point; None where they disagree, and the state of one that has not ended."""
         said = [outcome_of(self._run({**at, **refined})) for _, refined in product(self.refinements)]
-        unfinished = next((each for each in said if isinstance(each, str)), None)
+        unfinished = next((outcome for outcome in said if isinstance(outcome, str)), None)
         return unfinished or (said[0] if len({*said}) == 1 else None)
 
-    def tried(self, limits: "Sequence[tuple[Mapping[str, Value], SearchedLimit]]") -> "Sweep":
+    def tried(self, limits: Sequence[tuple[Mapping[str, Value], SearchedLimit]]) -> "Sweep":
         """The values that a search tried so far, as pairs with those of the other axes."""
-        searched = self.searched
-        assert searched is not None
-        points = [{**at, searched.name: value} for at, limit in limits for value in limit.tried]
+        assert self.search is not None
+        points = [{**at, self.search.axis: value} for at, limit in limits for value in limit.tried]
         axes = tuple(
             replace(axis, values=tuple(point[axis.name] for point in points), search=None) for axis in self.axes
         )
         cells = () if self.accuracy is None else tuple(self._cells_at(point) for point in points)
         return replace(self, axes=axes, combine="zip", cells=cells)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, Plain]:
         """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
-        return document_of(self, vocabulary(self.scenario, self.roles(), self.materials), self._every_cells())
+        terms = vocabulary(self.scenario, self.roles(), self.materials)
+
+        def in_units(values: Mapping[str, Value]) -> dict[str, Plain]:
+            return {name: written(value, terms.parameters[name].unit) for name, value in values.items()}
+
+        document: dict[str, Plain] = {
+            "name": self.name,
+            "title": self.title,
+            "scenario": self.scenario,
+            "fixed": in_units(self.fixed),
+            "axes": {axis.name: axis.document() for axis in self.axes},
+            "combine": self.combine,
+            "points": self.sampling.points if self.sampling else None,
+            "seed": self.sampling.seed if self.sampling else None,
+            "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
+            "offsets": self.offsets if self.offsets > 1 else None,
+            "accuracy": None if self.accuracy is None else in_percent(self.accuracy),
+            "cells": None if self.accuracy is None else [*self._every_cells()],
+            "materials": {name: material.document() for name, material in self.materials.items()},
+            "observations": [shot.document(terms) for shot in self.observations],
+            "laws": [law.document() for law in self.laws],
+            "model_part": None if self.model_part == "stored" else self.model_part,
+            "ends": [in_units({**at, END: end}) for at, end in self.ends],
+        }
+        return {key: value for key, value in document.items() if value not in (None, {}, [])}
 
     def runs(self) -> list[Point]:
         """All runs, the last axis fastest; raises InvalidInput naming the refused points."""
-        return [*self._each_run(self.size)]
+        return [*self._drawn_runs(self.size)]
 
-    def _each_run(self, most: int) -> Iterator[Point]:
+    def _drawn_runs(self, most: int) -> Iterator[Point]:
         """All runs, or so many drawn evenly; raises InvalidInput after the last, naming the refused points."""
         findings: dict[Finding, str] = {}
         refused = 0
-        drawn = random.Random(0).sample(range(self.size), most) if most < self.size else None
-        chosen = None if drawn is None else {*drawn}
+        chosen = {*random.Random(0).sample(range(self.size), min(most, self.size))}
         for number, (index, coordinates) in enumerate(self._places()):
-            if chosen is not None and number not in chosen:
+            if number not in chosen:
                 continue
             try:
                 for at in (*self._ends_of(coordinates), coordinates):
@@ -212,13 +210,10 @@ class Sweep:
                 replace(finding, value=f"{finding.value} (at {place})") for finding, place in findings.items()
             )
 
-    def computed_runs(self, is_computed: Sequence[bool]) -> "Iterator[Point | UnfinishedPoint]":
-        """All points in the order of ``runs``; those that are not computed have no run, which would cost most time."""
+    def computed_runs(self, is_computed: Sequence[bool]) -> Iterator[tuple[Place, Run | None]]:
+        """All places in the order of ``runs``; those that are not computed have no run, which would cost most time."""
         for number, (index, coordinates) in enumerate(self._places()):
-            if is_computed[number]:
-                yield Point(index, coordinates, self._run(coordinates))
-            else:
-                yield UnfinishedPoint(index, coordinates)
+            yield (index, coordinates), self._run(coordinates) if is_computed[number] else None
 
     def coordinates(self) -> list[dict[str, Value]]:
         """The values of the axes at each point, before it is refined; SI, by axis name."""
@@ -268,12 +263,12 @@ class Sweep:
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""
         for _, coordinates in self._points():
-            shot = self._shot(coordinates)
+            shot = self.shot_at(coordinates)
             if shot is not None:
                 yield shot
 
-    def _shot(self, coordinates: Mapping[str, Value]) -> "Shot | None":
-        """The shot of a point; None where the scenario describes none."""
+    def shot_at(self, coordinates: Mapping[str, Value]) -> "Shot | None":
+        """The shot with some values beside the fixed ones; None where the scenario describes none."""
         from studies.laws import shot_from
 
         defaults = declared(self.definition.parameters)
@@ -285,7 +280,7 @@ class Sweep:
             )
         return None
 
-    def screening(self) -> "tuple[run.Run, list[Screen]]":
+    def screening(self) -> "tuple[Run, list[Screen]]":
         """The run in the middle of the sweep, on the finest grid, and its changes; raises InvalidInput.
 
         The changes are runs of the sweep where its ``model_part`` is ``screen``, beside its points.
@@ -302,12 +297,12 @@ class Sweep:
 
         The latter have no place on its axes. Raises InvalidInput as ``runs`` does, after the last point.
         """
-        yield from self._each_run(self.size if most is None else most)
+        yield from self._drawn_runs(self.size if most is None else most)
         if self.model_part == "screen":
             _, screens = self.screening()
-            for each in screens:
-                if each.run is not None:
-                    yield Point((), {SCREENING: each.name}, each.run)
+            for screen in screens:
+                if screen.run is not None:
+                    yield Point((), {SCREENING: screen.name}, screen.run)
 
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""
@@ -330,9 +325,9 @@ class Sweep:
         families = {self.material(name).family for name in targets}
         quantities = self.definition.measurements
         return [
-            each
-            for each in compared_shots()
-            if each.quantity in quantities and shipped.load(each.materials[-1]).family in families
+            shots
+            for shots in compared_shots()
+            if shots.quantity in quantities and shipped.load(shots.materials[-1]).family in families
         ]
 
     def at_accuracy(self, error: float) -> "Sweep":
@@ -356,34 +351,39 @@ class Sweep:
 
     def _started(self, at: dict[str, Value]) -> dict[str, Value]:
         """The values of a point; of a guided search the one with which it starts there."""
-        axis = self.searched
-        if axis is None or axis.search is None or axis.search.until is None:
+        search = self.search
+        if search is None or search.until is None:
             return at
-        (first,) = axis.search.start(self._chance(at))
-        return {**at, axis.name: first}
+        (first,) = search.start(self._chance(at))
+        return {**at, search.axis: first}
 
     def _ends_of(self, at: Mapping[str, Value]) -> Iterator[dict[str, Value]]:
         """The points at both ends of a guided search, which starts between them; none of another search or sweep."""
-        axis = self.searched
-        if axis is not None and axis.search is not None and axis.search.until is not None:
-            yield from ({**at, axis.name: end} for end in (axis.search.low, axis.search.high))
+        search = self.search
+        if search is not None and search.until is not None:
+            yield from ({**at, search.axis: end} for end in (search.low, search.high))
 
-    def _chance(self, at: Mapping[str, Value]) -> "Chance | None":
+    def _chance(self, at: Mapping[str, Value]) -> Chance | None:
         """The chance that a searched limit lies below a value; None where nothing tells it."""
-        axis = self.searched
-        assert axis is not None
-        assert axis.search is not None
-        guide = None if axis.search.until is None else guide_of(axis.search.quantity, axis.name)
-        shot = guide and self._shot({**at, axis.name: axis.values[0]})
+        search = self.search
+        if search is None or search.until is None:
+            return None
+        guide = guide_of(search.quantity, search.axis)
+        shot = guide and self.shot_at({**at, search.axis: search.start()[0]})
         return guide.chance(shot) if guide and shot else None
 
-    def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
+    def _run(self, coordinates: Mapping[str, Value]) -> Run:
+        """The run of a point, which fits into a machine."""
         values, cells = self._values(coordinates), self._cells_at(coordinates)
         if cells is not None:
             values[RESOLUTION] = cells
-        resolved, materials = self._resolved(values)
-        self._check_particles(resolved, materials)
-        return resolved
+        run = self._resolved(values)
+        particles = run.set_up.size(run.materials).particles
+        if particles > self.max_particles:
+            count = f"about {particles:.2g} particles"
+            limit = f"at most {self.max_particles:.12g} in a run"
+            raise InvalidInput([Finding("particles", count, limit, "take fewer cells, or smaller bodies")])
+        return run
 
     def _values(self, coordinates: Mapping[str, Value]) -> dict[str, Value]:
         """The values of a point, but for its cells."""
@@ -391,10 +391,9 @@ class Sweep:
         end = self._own_ends.get(self.grid.key(coordinates))
         return values if end is None else {**values, END: end}
 
-    def _resolved(self, values: Mapping[str, Value]) -> "tuple[run.Run, dict[str, Material]]":
+    def _resolved(self, values: Mapping[str, Value]) -> Run:
         parameters = {name: value for name, value in values.items() if "." not in name}
-        materials = self._materials_at(values)
-        return run.resolve(self.scenario, parameters, materials), materials
+        return resolve(self.scenario, parameters, self._materials_at(values))
 
     def _cells_at(self, coordinates: Mapping[str, Value]) -> float | None:
         """The cells of a point: the one resolution, or what the accuracy asks for; None where they are coordinates."""
@@ -402,12 +401,12 @@ class Sweep:
             return self.resolutions[0] if len(self.resolutions) == 1 else None
         key = self.grid.key_of_cells(coordinates)
         if key not in self._chosen:
-            axis = self.searched
-            ends = (axis.search.low, axis.search.high) if axis is not None and axis.search is not None else ()
             # Each try of a search has the same grid; an error is largest at one of the ends.
-            points = [{**coordinates, axis.name: end} for end in ends] if axis is not None else [coordinates]
+            search = self.search
+            ends = [] if search is None else [{search.axis: search.low}, {search.axis: search.high}]
+            points = [{**coordinates, **end} for end in ends or [{}]]
             finest = declared(self.definition.parameters)[RESOLUTION].bounds.nearest(float(MOST_CELLS))
-            runs = (self._resolved({**self._values(each), RESOLUTION: finest})[0] for each in points)
+            runs = (self._resolved({**self._values(point), RESOLUTION: finest}) for point in points)
             self._chosen[key] = max(cells_of(run, self.accuracy) for run in runs)
         return self._chosen[key]
 
@@ -442,12 +441,3 @@ class Sweep:
                 assert value is None or isinstance(value, float)
                 materials[role] = materials[role].with_value(constant, value)
         return materials
-
-    def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
-        """A run fits into a machine."""
-        particles = self.definition.record(resolved.parameters).size(materials).particles
-        if particles > self.max_particles:
-            count = f"about {particles:.2g} particles"
-            limit = f"at most {self.max_particles:.12g} in a run"
-            cure = "take fewer cells, or smaller bodies"
-            raise InvalidInput([Finding("particles", count, limit, cure)])

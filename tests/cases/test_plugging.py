@@ -134,7 +134,7 @@ def test_ballistic_limit__is_near_the_published_one(compared: Callable[[Row], No
             return None if math.isnan(value) else value > 0.5
 
         gated, where = cell == GATED, f"{cell * 1e3:g} mm"
-        limit = replay(Search("perforated", *(BETWEEN if gated else WIDER), TOLERANCE), outcome, "m s-1")
+        limit = replay(Search("perforated", *(BETWEEN if gated else WIDER), TOLERANCE, unit="m s-1"), outcome)
         if gated:
             compared(equal(f"{where}: the search", expected=SearchVerdict.BRACKETED, got=limit.verdict))
         claim = f"{where}: ballistic limit (m/s; {len(limit.tried)} runs)"

@@ -50,5 +50,5 @@ def test_record__can_be_filled_by_person_and_material(folder: str, entry: Any) -
     taken = marked(entry.record, FromMaterial)
     filled = described | set(taken) | set(entry.record._field_defaults)
     assert (filled == set(entry.record._fields)) == (entry.name not in NOT_IN_FILES)
-    paths = materials.load("copper-ofhc").parameters()
+    paths = materials.load("copper-ofhc").parameters
     assert {mark.path for mark in taken.values()} <= {*paths, STIFFNESS, "stiffness"}

@@ -12,7 +12,7 @@ import pytest
 from solver.simulation import start
 from studies import measurements, scenarios
 from studies.quantities.parameters import declared
-from studies.runs.run import Run, materials_of, resolve
+from studies.runs.run import Run, resolve
 from studies.scenarios import Scenario, Setting, SetUp
 from tests import samples
 from tests.claims.marked import claimed
@@ -144,7 +144,7 @@ def given_of(run: Run) -> SetUp:
 
 
 def built(run: Run) -> Any:
-    return given_of(run).build(materials_of(run))
+    return given_of(run).build(run.materials)
 
 
 @pytest.fixture(params=scenarios.names())
@@ -260,7 +260,7 @@ def test_variation__gives_every_particle_a_mass_and_no_two_the_same_place(varied
 def test_variation__is_estimated_near_its_real_number_of_particles(varied: tuple[Run, Setting]) -> None:
     run, setting = varied
     real = sum(body.mass.size for body in setting.problem.bodies)
-    size = given_of(run).size(materials_of(run))
+    size = given_of(run).size(run.materials)
     assert real / ESTIMATE < size.particles < real * ESTIMATE
 
 
@@ -269,7 +269,7 @@ def test_estimate__grows_with_resolution(scenario: Scenario) -> None:
     sizes = []
     for cells in (16.0, 32.0):
         given = asked(scenario.name, **{parameter: cells})
-        sizes.append(given_of(given).size(materials_of(given)))
+        sizes.append(given_of(given).size(given.materials))
     dimensions = DIMENSIONS.get(scenario.name, 2)
     assert math.isclose(sizes[1].particles / sizes[0].particles, 2.0**dimensions, rel_tol=0.01)
     assert math.isclose(sizes[1].steps / sizes[0].steps, 2.0, rel_tol=0.01)

@@ -15,6 +15,7 @@ from studies import laws, materials, scenarios
 from studies.answers import examples
 from studies.answers.targets import targets
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
+from studies.quantities.parameters import Plain
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.document import read_yaml
 
@@ -24,13 +25,13 @@ ROUTES = Routes("catalogue", 60, guarded=(router,))
 NETCDF = "application/x-netcdf"
 
 
-def _question_body() -> dict[str, JsonValue]:
+def _question_body() -> dict[str, Plain]:
     """What may be posted as a question: the parameters of each target, and an example that ships."""
     stated = " or ".join(
         f"at a {target.name} ({', '.join(f'`{n}`' for n in target.stated)})" for target in targets().values()
     )
     several = "A parameter may have several values: a list, or `start`, `stop` and `step`."
-    as_json: dict[str, JsonValue] = {"schema": {"type": "object"}}
+    as_json: dict[str, Plain] = {"schema": {"type": "object"}}
     if shipped := examples():
         as_json["example"] = read_yaml(shipped[0].read_text(encoding="utf-8"), shipped[0].name)
     return {
@@ -78,7 +79,7 @@ def list_scenarios() -> Items[ScenarioModel]:
 @written_once("/materials", CatalogueModel)
 def list_materials() -> CatalogueModel:
     """Every material that ships, each number with unit, source and confidence."""
-    return CatalogueModel(items=[materials.load(name).document() for name in materials.names()])
+    return CatalogueModel.model_validate({"items": [materials.load(name).document() for name in materials.names()]})
 
 
 @written_once("/laws", CatalogueModel)

@@ -43,6 +43,7 @@ from service.api.schemas import (
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, Keep, State, SweepState
 from service.store import Store
+from studies.quantities.parameters import Plain
 from studies.sweeps.cost import OF_SWEEP
 
 submitting_router = APIRouter(prefix="/v1/sweeps", tags=["submit"])
@@ -50,7 +51,7 @@ router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
 ROUTES = Routes("sweeps", 10, guarded=(submitting_router, router))
 
 RETRY_AFTER = "2"  # s, until a new sweep is worth another request
-SWEEP_BODY: dict[str, JsonValue] = {
+SWEEP_BODY: dict[str, Plain] = {
     "requestBody": {
         "required": True,
         "description": (

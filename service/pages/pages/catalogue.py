@@ -150,7 +150,7 @@ class ShownConstant:
 
 def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant]]]:
     """Title, model and constants of each section that has any."""
-    parameters = material.parameters()
+    parameters = material.parameters
     for section, title in SECTIONS.items():
         rows = []
         for path, constant in material.sources.items():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from solver.registry import entries
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
 
 if TYPE_CHECKING:
     from studies.laws import Law
@@ -22,7 +23,7 @@ class OwnLaw(Protocol):
     @property
     def quantity(self) -> str: ...
 
-    def document(self) -> dict[str, object]:
+    def document(self) -> dict[str, Plain]:
         """The law as plain values that its reader reads as itself."""
 
     def as_law(self) -> "Law":

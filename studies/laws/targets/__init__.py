@@ -25,8 +25,8 @@ class Resolved(Protocol):
         """Values by name, SI."""
 
     @property
-    def materials(self) -> Mapping[str, Mapping[str, object]]:
-        """Resolved materials by the parameter that names them."""
+    def materials(self) -> Materials:
+        """Materials by the parameter that names them."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def target_of(stated: Collection[str]) -> Target:
 
 def shot_of(run: Resolved) -> Shot:
     """The shot that a run computes; KeyError where it describes none."""
-    return shot_from(run.parameters, {role: Material.from_resolved(plain) for role, plain in run.materials.items()})
+    return shot_from(run.parameters, run.materials)
 
 
 def shot_from(parameters: Mapping[str, Value], materials: Materials | None = None) -> Shot:

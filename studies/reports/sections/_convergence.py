@@ -80,7 +80,7 @@ def _points(dataset: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[Poin
             # Of reading it off the grid; with a mesh error that is part of the bar.
             measurement=None if is_known else finite(float(reading_error[number])),
             raw=finite(float(raw[number])) if is_known else None,
-            **also,
+            **also,  # type: ignore[arg-type] # numbers by the names of fields
         )
 
 

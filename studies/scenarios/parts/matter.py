@@ -170,7 +170,7 @@ def _absent(failure: str, materials: Materials) -> Iterator[Finding]:
         for name, value in material.taken(record).items():
             taken = marked(record, FromMaterial)[name]
             if value is None or (value == 0.0 and taken.above_zero):
-                meaning = material.parameters()[taken.path].meaning
+                meaning = material.parameters[taken.path].meaning
                 limit = f"a material with a {meaning}, which {material.name} has not"
                 cure = f"set {role}.{taken.path}, or choose another failure"
                 yield Finding("failure", failure, limit, cure)
@@ -260,7 +260,7 @@ def check_boiling(tension: str, thermal_softening: bool | None, materials: Mater
             f"leave {name} out, or choose a {role} with another equation of state",
         )
         for role, material in materials.items()
-        if models("eos")[material.eos.kind].boils
+        if acting_eos(material.eos.kind).boils
     ]
 
 
@@ -268,7 +268,7 @@ def check_constants(materials: Materials) -> list[Finding]:
     """Constants of a material that make sense only in one order."""
     findings = []
     for role, material in materials.items():
-        parameters = material.parameters()
+        parameters = material.parameters
         for low, high, may_equal in material.below():
             least, most = material.value_at(low), material.value_at(high)
             if least is None or most is None or least < most or (least == most and may_equal):

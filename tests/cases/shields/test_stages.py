@@ -26,7 +26,7 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute
 from studies.runs.remeasure import remeasure
 from studies.runs.results import RunControl, RunResult
-from studies.runs.run import Run, materials_of, resolve
+from studies.runs.run import Run, resolve
 from studies.scenarios import load
 from studies.scenarios.parts.impact import ImpactSetting
 from studies.shields.measurements.wall import wall_of
@@ -259,7 +259,7 @@ def test_stages__go_on_with_the_same_bits(
 
 def test_flight__books_debris_that_comes_after_the_end_of_its_stage() -> None:
     run = asked(**DOUBLE)
-    shield, found = load(run.scenario).record(run.parameters), materials_of(run)
+    shield, found = load(run.scenario).record(run.parameters), run.materials
     first = shield.build(found)
     second: Any = shield.next_stage(first, simulate(first.problem, threads=1), found)
     begin, last = second.problem.start_time, second.problem.arrivals.time[-1]
@@ -356,7 +356,7 @@ MOMENTUM = 0.03  # of the momentum on the wall
 
 def whole_of(run: Run) -> ImpactSetting:
     """Projectile, bumper and wall on one grid, whose origin is the front of the wall; all debris is followed."""
-    shield, found = cast(WhippleShield, load(run.scenario).record(run.parameters)), materials_of(run)
+    shield, found = cast(WhippleShield, load(run.scenario).record(run.parameters)), run.materials
     first, rear, shift = shield.impact, shield.target(1), shield.walls.bumper_thickness + shield.walls.stand_off
     room = (shift + rear.thickness) / shield.shot.projectile_diameter + 4.0
     long = replace(first, parameters=replace(shield, shot=replace(shield.shot, downrange=room)))
@@ -383,7 +383,7 @@ def test_stages__agree_with_one_grid(thickness: float, compared: Compared) -> No
     run = asked(**{**NEAR, "wall_thickness": thickness, "cells_per_wall": thickness / CELL})
     together = whole_of(run)
     alone = simulate(together.problem, threads=1)
-    shield, found = load(run.scenario).record(run.parameters), materials_of(run)
+    shield, found = load(run.scenario).record(run.parameters), run.materials
     bumper = shield.build(found)
     ended = simulate(bumper.problem, threads=1)
     wall: Any = shield.next_stage(bumper, ended, found)

@@ -32,7 +32,7 @@ def test_cloud__is_turned_about_the_axis_and_has_the_mass_of_the_bodies() -> Non
     assert x.std() == pytest.approx(y.std(), rel=0.02)
     share = float(view.note.partition("point of projectile is ")[2].split()[0]) * 1e-6
     diameter = float(run.parameters["projectile_diameter"] or 0.0)
-    mass = math.pi / 6.0 * diameter**3 * run.materials["projectile"]["density"]
+    mass = math.pi / 6.0 * diameter**3 * run.materials["projectile"].density
     assert share * np.sum(points.body == 0) == pytest.approx(mass, rel=1e-3)
 
 

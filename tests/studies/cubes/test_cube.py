@@ -16,13 +16,13 @@ import xarray as xr
 from studies import laws
 from studies.cubes import cube
 from studies.cubes.catalogue import LawChoice
+from studies.cubes.exports import runs_csv
 from studies.cubes.growing import still_growing
-from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
-from studies.runs import run
 from studies.runs.results import RunResult
+from studies.sweeps import sweep as sweep_module
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import END
 from studies.sweeps.sweep import Sweep
@@ -70,8 +70,8 @@ def test_unfinished_runs__are_not_resolved_where_all_ids_are_known(monkeypatch: 
     results = {id: ended.get(id, pending) for id in ids}
     catalogue = fakes.catalogue()
     whole = cube.build(sweep, results, catalogue)
-    resolve = Mock(wraps=run.resolve)
-    monkeypatch.setattr(run, "resolve", resolve)
+    resolve = Mock(wraps=sweep_module.resolve)
+    monkeypatch.setattr(sweep_module, "resolve", resolve)
     partial = cube.build(sweep, results, catalogue, ids)
     assert resolve.call_count == len(ended)
     assert partial.sizes == whole.sizes

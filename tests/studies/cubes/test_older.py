@@ -55,7 +55,7 @@ def test_older_results__are_those_of_the_points_with_the_same_coordinates(
     assert present.keys() > results.keys()
     ids = {id: each.run_id for id, each in present.items() if id not in results}
     assert sorted(ids.values()) == sorted(results)
-    if not sweep.searched:
+    if not sweep.search:
         assert ids == {point.run.id: places[number][1] for number, point in enumerate(sweep.runs())}
 
 

@@ -4,11 +4,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pytest
 import xarray as xr
 
 from studies.convergence.richardson import Sample, converge
-from studies.cubes.points import points_of, refined, verdicts_of
+from studies.cubes.points import points_of, refined
 from studies.cubes.variables import VERDICT_WORDS
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
@@ -46,17 +45,6 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
 
 
-def test_verdicts__of_an_older_cube_are_in_its_own_words() -> None:
-    dataset = built()
-    dataset.hole_diameter_converged_verdict.attrs["flag_meanings"] = "converging two_grids other no_value one open"
-    assert verdicts_of(dataset, "hole_diameter").values.tolist()[1:3] == ["converging", "two grids"]
-    assert [point.converged.verdict for point in refined(dataset, "hole_diameter")][1:3] == ["converging", "two grids"]
-
-
-# --- points -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("finest_failed", [False, True])
 def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed: bool) -> None:
     outcomes = {}
     for point in SWEEP.runs():

@@ -143,7 +143,7 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     sweep = Sweep.parse(sweep_of(COPPER, shots, runs=30))
     results = {}
     for point in sweep.runs():
-        parameters, strength = point.run.parameters, point.run.materials["bar"]["strength"]
+        parameters, strength = point.run.parameters, point.run.materials["bar"].strength.constants
         length = parameters["bar_length"]
         assert isinstance(length, float)
         place = [math.log(strength["A"]), math.log(strength["B"]), *(strength[name] for name in "nCm")]
@@ -187,7 +187,7 @@ def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path
     document = {**HOLE, "materials": read_yaml(files["materials.yaml"].read_text(), "materials.yaml")["materials"]}
     document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "target"}
     document["axes"] = {"target": list(document["materials"])}
-    yields = [point.run.materials["target"]["strength"]["A"] for point in Sweep.parse(document).runs()]
+    yields = [point.run.materials["target"].value_at("strength.A") for point in Sweep.parse(document).runs()]
     assert len(yields) == 16
     assert yields[0] == pytest.approx(math.exp(posterior.further_lots()[0, 0]), rel=1e-3)
     assert draw(posterior, predicted, tmp_path / "calibration.png").stat().st_size > 10_000

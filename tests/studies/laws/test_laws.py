@@ -129,7 +129,7 @@ def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_proj
 
 def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
     """5 mm by 4 mm: 5.31 mm, and depths 12.2, 14.2, 16.0, 17.8 mm after Charters and Summers."""
-    resolved = materials.load("copper-thesis-plastic").resolved()
+    copper = materials.load("copper-thesis-plastic")
     law = laws.load("charters_summers")
     depths = []
     for speed in (4e3, 5e3, 6e3, 7e3):
@@ -140,7 +140,7 @@ def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
                 "projectile_shape": "cylinder",
                 "projectile_length": 4e-3,
             },
-            materials={"projectile": resolved, "target": resolved},
+            materials={"projectile": copper, "target": copper},
         )
         shot = laws.shot_of(run)
         depths.append(law.evaluate(shot).value * 1e3)

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from solver.steppers import methods
-from studies.cubes.runs_table import runs_csv
+from studies.cubes.exports import runs_csv
 from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,

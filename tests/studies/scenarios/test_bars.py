@@ -17,7 +17,7 @@ from studies import measurements, scenarios
 from studies.observations.compared import stored
 from studies.quantities.measured import LOST_PARTICLES
 from studies.runs.execution import execute
-from studies.runs.run import materials_of, resolve
+from studies.runs.run import resolve
 from studies.scenarios.parts.loading import read_pulse
 from tests.claims.rows import Row, absolute, at_least, equal, relative
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
@@ -158,7 +158,7 @@ def test_grid__of_a_bar_grows_with_its_spread_and_an_empty_node_changes_no_numbe
     compared(at_least("radius of the grid over that of a bar at 500 m/s", limit=3.5, got=got))
     run = asked("taylor_bar", speed=100.0)
     taylor: Any = scenarios.load("taylor_bar").record(run.parameters)
-    bar = taylor.at_wall(materials_of(run)["bar"])
+    bar = taylor.at_wall(run.materials["bar"])
     lengths = []
     for wider in (1.0, 2.0):
         roomy = replace(bar, radius=wider * bar.radius)

@@ -5,7 +5,6 @@ import math
 import pytest
 
 from studies import materials
-from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
 from tests.contracts.test_scenarios import CORNERS, DIAMETER, ROUND_OFF, Changes, asked, built
 
@@ -62,7 +61,7 @@ def test_shocks__of_copper_on_copper_are_those_of_the_jump_conditions(
 def test_plates__end_before_any_shock_has_crossed_its_plate() -> None:
     run = asked("plate_impact", flyer="al-2024-t3", target_thickness=3e-3)
     problem = built(run).problem
-    used = materials_of(run)
+    used = run.materials
     result = shocks(used["flyer"], used["target"], 2000.0)
     crossed = [us * problem.end_time / l for us, l in zip(result.speeds, (4e-3, 3e-3), strict=True)]
     assert math.isclose(max(crossed), CROSSED, rel_tol=1e-9)

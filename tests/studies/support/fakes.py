@@ -282,7 +282,7 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
 def observed(speed: float, thickness: float, value: float, uncertainty: float | None = 0.3e-3) -> Observed:
     at = {"speed": speed, "plate_thickness": thickness, "projectile_diameter": DIAMETER}
     shot = Shot(speed, DIAMETER, thickness, COPPER, COPPER)
-    return Observed(at, "hole_diameter", value, uncertainty, "Somebody (2001), Table 3", shot)
+    return Observed("hole_diameter", value, uncertainty, "Somebody (2001), Table 3", at, shot=shot)
 
 
 SHOTS = (

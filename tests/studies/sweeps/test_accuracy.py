@@ -236,11 +236,10 @@ def test_accepted_sweep__of_an_older_version_keeps_the_cells_of_its_scenario() -
 @needs("whipple_shield")
 def test_search__has_one_grid_for_all_values_of_a_point() -> None:
     sweep = Sweep.parse(SEARCH)
-    axis = sweep.searched
-    assert axis is not None
-    assert axis.search is not None
+    search = sweep.search
+    assert search is not None
     at = {"speed": 4e3}
-    tries = [sweep.of_point({**at, axis.name: value}) for value in (axis.search.low, 0.005, axis.search.high)]
+    tries = [sweep.of_point({**at, search.axis: value}) for value in (search.low, 0.005, search.high)]
     assert len({each.resolutions for each in tries}) == 1
     fewest = [cells_of(each.runs()[0].run, 0.03) for each in (tries[0], tries[-1])]
     assert tries[0].resolutions == (max(fewest),)

@@ -9,7 +9,7 @@ import pytest
 
 from studies import materials
 from studies.materials.schema import SpallStrength
-from studies.runs.run import Run, materials_of
+from studies.runs.run import Run
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
     DRAWN,
@@ -61,7 +61,7 @@ def test_strength__of_any_material_is_scaled_in_its_stresses_alone(name: str) ->
     stronger, weaker, *_ = screens_of(run)
     for screen, factor in ((stronger, 1.0 + STRENGTH_DEVIATION), (weaker, 1.0 - STRENGTH_DEVIATION)):
         assert screen.run is not None
-        before, after = (materials_of(each)["target"] for each in (run, screen.run))
+        before, after = (each.materials["target"] for each in (run, screen.run))
         stresses = {p for p, unit in before.paths().items() if unit == "Pa" and "strength." in p}
         stresses -= {path for path in stresses if not path.startswith("strength.")}
         assert stresses or before.strength.kind == "elastic"
@@ -125,7 +125,7 @@ def test_screens__are_the_materials_of_a_sweep_that_have_the_alloy_too() -> None
     assert list(drawn) == [f"{DRAWN} of draw-60", f"{DRAWN} of draw-120"]
     run = drawn[f"{DRAWN} of draw-60"]
     assert run is not None
-    assert [materials_of(run)[role].value_at("strength.A") for role in ("projectile", "target")] == [60e6, 60e6]
+    assert [run.materials[role].value_at("strength.A") for role in ("projectile", "target")] == [60e6, 60e6]
 
 
 def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> None:
@@ -144,4 +144,4 @@ def test_strength__of_a_material_without_constants_of_failure_breaks_as_the_one_
     other = replace(copper.with_value("strength.A", 100e6), name="other", spall=SpallStrength())
     *_, screen = [each for each in screens_of(run_of("copper-ofhc"), [other]) if each.name.startswith(DRAWN)]
     assert screen.run is not None
-    assert materials_of(screen.run)["target"].spall == copper.spall
+    assert screen.run.materials["target"].spall == copper.spall

@@ -14,7 +14,7 @@ from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, S
 from studies.sweeps.sweep import Sweep
 from tests.samples import needs
 
-SEARCH = Search("perforated", 100.0, 200.0, 2.0)
+SEARCH = Search("perforated", 100.0, 200.0, 2.0, unit="m s-1")
 DOCUMENT: dict[str, Any] = {
     "scenario": "plugging",
     "axes": {
@@ -26,7 +26,7 @@ DOCUMENT: dict[str, Any] = {
 
 
 def searched(outcome_of: Callable[[float], LimitOutcome | str]) -> SearchedLimit:
-    return replay(SEARCH, outcome_of, "m s-1")
+    return replay(SEARCH, outcome_of)
 
 
 @pytest.mark.parametrize("exact", [100.5, 133.3, 150.0, 187.9, 199.5])
@@ -164,7 +164,7 @@ def test_search__on_several_grids_leaves_open_what_they_disagree_about() -> None
 
 # --- until -----------------------------------------------------------------------------------------
 
-GUIDED = Search("perforated", 100.0, 800.0, 1.0, until=0.1)
+GUIDED = Search("perforated", 100.0, 800.0, 1.0, until=0.1, unit="m s-1")
 
 
 def chance_about(middle: float) -> Chance:
@@ -175,7 +175,7 @@ def chance_about(middle: float) -> Chance:
 @pytest.mark.parametrize("exact", [101.0, 150.0, 300.0, 500.0, 799.0])
 @pytest.mark.parametrize("chance", [None, chance_about(310.0), chance_about(120.0), lambda value: 1.0])
 def test_until__narrows_the_interval_as_asked_whatever_guides_it(exact: float, chance: Chance | None) -> None:
-    limit = replay(GUIDED, lambda speed: speed >= exact, "m s-1", chance)
+    limit = replay(GUIDED, lambda speed: speed >= exact, chance)
     assert limit.verdict is SearchVerdict.BRACKETED
     assert limit.lower < exact <= limit.upper
     assert math.log(limit.upper / limit.lower) <= 0.1 * (1.0 + 1e-9)
@@ -186,15 +186,15 @@ def test_until__takes_fewer_runs_where_the_chance_is_right() -> None:
     """Limits drawn from the chance itself, beside a plain search of the same width there."""
     chance = chance_about(310.0)
     limits = [next(v for v in range(100, 801) if chance(v) >= share) for share in (0.1, 0.3, 0.5, 0.7, 0.9)]
-    guided = [len(replay(GUIDED, lambda v, x=x: v >= x, "m s-1", chance).tried) for x in limits]  # type: ignore[misc]
+    guided = [len(replay(GUIDED, lambda v, x=x: v >= x, chance).tried) for x in limits]  # type: ignore[misc]
     plain = Search("perforated", 100.0, 800.0, 31.0)
-    halved = [len(replay(plain, lambda v, x=x: v >= x, "m s-1").tried) for x in limits]  # type: ignore[misc]
+    halved = [len(replay(plain, lambda v, x=x: v >= x).tried) for x in limits]  # type: ignore[misc]
     assert sum(guided) < 0.8 * sum(halved)
 
 
 @pytest.mark.parametrize("perforates", [True, False])
 def test_until__tries_an_end_before_it_says_that_nothing_is_bracketed(perforates: bool) -> None:
-    limit = replay(GUIDED, lambda speed: perforates, "m s-1", chance_about(310.0))
+    limit = replay(GUIDED, lambda speed: perforates, chance_about(310.0))
     assert limit.verdict is SearchVerdict.NOT_BRACKETED
     assert (GUIDED.low if perforates else GUIDED.high) in limit.tried
 
@@ -202,7 +202,7 @@ def test_until__tries_an_end_before_it_says_that_nothing_is_bracketed(perforates
 @pytest.mark.parametrize("search", [SEARCH, GUIDED])
 def test_search__leaves_an_open_value_inside_its_interval(search: Search) -> None:
     low, high = search.low + 20.0, search.low + 80.0
-    limit = replay(search, lambda speed: None if low < speed < high else speed > low, "m s-1")
+    limit = replay(search, lambda speed: None if low < speed < high else speed > low)
     assert limit.verdict is SearchVerdict.BRACKETED
     assert limit.lower <= low
     assert limit.upper >= high
@@ -210,7 +210,7 @@ def test_search__leaves_an_open_value_inside_its_interval(search: Search) -> Non
 
 
 def test_until__names_what_is_decided_where_nothing_is_bracketed() -> None:
-    limit = replay(GUIDED, lambda speed: None if speed > 200.0 else False, "m s-1")
+    limit = replay(GUIDED, lambda speed: None if speed > 200.0 else False)
     assert limit.verdict is SearchVerdict.NOT_BRACKETED
     assert limit.reason.startswith("not bracketed: perforated is 0 at 1")
 
