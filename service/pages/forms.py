@@ -232,5 +232,5 @@ def _setup(sweep: Sweep) -> tuple[str, str] | None:
     first = next(iter(sweep.every_run(1))).run.parameters
     materials = {role: [*names] for role, names in sweep.roles().items()}
     axes: dict[str, list[Value]] = {axis.name: [*axis.values] for axis in sweep.axes}
-    document = setup(sweep.definition, {**{name: [value] for name, value in first.items()}, **materials, **axes})
-    return (as_image(setup_sketch(document)), document["alt"]) if document else None
+    drawn = setup(sweep.definition, {**{name: [value] for name, value in first.items()}, **materials, **axes})
+    return (as_image(setup_sketch(drawn)), drawn.alt) if drawn else None

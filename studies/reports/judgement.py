@@ -7,7 +7,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -53,7 +52,7 @@ def judgements_of(
     return tuple(sorted(found, key=_rank)), unchecked
 
 
-def _rank(each: Judgement) -> tuple[Any, ...]:
+def _rank(each: Judgement) -> tuple[bool, bool, bool, float]:
     """Nearest first; behind those that are compared those that are not, and those that are drawn alone."""
     far = float("inf") if each.low is None else each.worst
     return each.reference != "observation", bool(each.drawn_only), not each.compared, far

@@ -9,14 +9,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from studies.quantities.findings import nearest_cure, refusal
+from studies.reports.figure import Figure
+from studies.reports.report import report_of
 
 if TYPE_CHECKING:
-    from studies.reports.figure import Figure
+    from matplotlib.figure import Figure as Drawing
 
 OF_LAWS = "_laws"  # in the name of a figure that shows laws
 
@@ -25,7 +27,7 @@ OF_LAWS = "_laws"  # in the name of a figure that shows laws
 class Figures:
     """Figures of a report; a notebook shows them, each with its caption."""
 
-    figures: tuple["Figure", ...]
+    figures: tuple[Figure, ...]
 
     def _repr_html_(self) -> str:
         return "".join(
@@ -39,7 +41,7 @@ class Figures:
         """Names of the figures."""
         return [each.name for each in self.figures]
 
-    def drawing(self, name: str = "") -> Any:
+    def drawing(self, name: str = "") -> "Drawing":
         """A figure as one of Matplotlib, by default the first; raises InvalidInput for an unknown name."""
         from studies.reports.drawing.canvas import drawn_in_style
         from studies.reports.drawing.charts import chart
@@ -64,9 +66,7 @@ class CubeFigures:
 
     def plot(self) -> Figures:
         """Every figure of the report."""
-        from studies.reports.report import every_figure
-
-        return Figures(every_figure(self._cube))
+        return Figures(report_of(self._cube).head.figures)
 
     def plot_laws(self, quantity: str = "") -> Figures:
         """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""
@@ -76,7 +76,7 @@ class CubeFigures:
         return Figures(tuple(each for name, each in drawn if wanted in ("", name)))
 
 
-def _svg(figure: "Figure") -> str:
+def _svg(figure: Figure) -> str:
     from studies.reports.drawing.canvas import as_file, drawn_in_style
     from studies.reports.drawing.charts import chart
 

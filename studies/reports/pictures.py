@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -22,7 +21,7 @@ from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
 from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures, rounded_up
-from studies.reports.setup import setup_of, upward
+from studies.reports.setup import setup_of
 from studies.reports.view import spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
@@ -75,7 +74,7 @@ class Shown:
 def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
     setup = setup_of(dataset)
-    sign = upward(setup)
+    sign = setup.upward if setup else 1.0
     shown = [_shown(dataset, number, files) for number in _chosen(dataset)]
     kept = [run for run in shown if run.sections]
     finest = _finest(dataset)
@@ -98,13 +97,11 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
     return Pictures(setup, tuple(runs), dataset.run_state.size - len(runs))
 
 
-def first_of_kinds(document: dict[str, Any]) -> list[dict[str, Any]]:
+def first_of_kinds(pictures: Pictures) -> list[Picture]:
     """The first thumbnail of each kind, end before debris; colours are the same in all."""
-    firsts: dict[str, dict[str, Any]] = {}
-    for picture in (picture for run in document["runs"] for picture in run["pictures"]):
-        kind = picture["kind"]
-        if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:
-            firsts.setdefault(kind, picture)
+    shown = [picture for run in pictures.runs for picture in run.pictures if not picture.missing]
+    thumbnails = [picture for picture in shown if picture.field == THUMBNAIL_FIELDS[picture.kind]]
+    firsts = {picture.kind: picture for picture in reversed(thumbnails)}
     return [firsts[kind] for kind in ("end", "debris") if kind in firsts]
 
 

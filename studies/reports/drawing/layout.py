@@ -4,9 +4,10 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
-from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+from matplotlib.legend import Legend
 
 from studies.quantities.display import display_of, with_unit
 from studies.reports.drawing.canvas import GREY, number
@@ -58,7 +59,7 @@ class Grid:
         axes.set_title("\n".join(self._titles[place]), pad=6.0 + TITLE_LINE * bool(note))
         axes.annotate(note, (0.0, 1.0), (0.0, 6.0), xycoords="axes fraction", textcoords="offset points")
 
-    def place(self, drawing: Any, legend: Any) -> None:
+    def place(self, drawing: Drawing, legend: Legend) -> None:
         """Place the panels above the legend, for which the drawing grows."""
         below = legend.get_window_extent().height + UNDER
         height = self.height + below

@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -157,7 +156,7 @@ def _same(first: Place, second: Place) -> bool:
 def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[str, tuple[str, str]]:
     """The parameters that are one value in each cube, and not the same."""
 
-    def fixed(cube: xr.Dataset) -> dict[str, Any]:
+    def fixed(cube: xr.Dataset) -> dict[str, float | str]:
         return {
             str(name): plain(array.item())
             for name, array in cube.coords.items()
