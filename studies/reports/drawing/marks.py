@@ -150,9 +150,10 @@ class Marks:
         low, high = np.where(np.isfinite(low), low, bottom)[ranges], np.where(np.isfinite(high), high, top)[ranges]
         middle = 0.5 * (low + high)
         half = 0.5 * (high - low)
-        bars = axes.errorbar(x[ranges], middle, half, fmt="none", ecolor=style.colour, elinewidth=BAND_BAR, capsize=5.0)
-        for part in bars.get_children():
-            part.set(zorder=LINES, alpha=0.6)
+        colour, width = style.colour, BAND_BAR
+        axes.errorbar(
+            x[ranges], middle, half, fmt="none", ecolor=colour, elinewidth=width, capsize=5.0, alpha=0.6, zorder=LINES
+        )
 
     def _shade(self, axes: Axes, x: np.ndarray, y: np.ndarray, window: np.ndarray, style: Style) -> None:
         """The part of a line inside a window of the abscissa, broad and pale."""

@@ -61,7 +61,7 @@ class Convergence:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._convergence import convergence_of
+    from studies.reports.sections._accuracy import convergence_of
 
     return convergence_of(source)
 

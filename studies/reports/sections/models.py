@@ -36,7 +36,7 @@ class Models:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._models import models_of
+    from studies.reports.sections._accuracy import models_of
 
     return models_of(source)
 

@@ -230,7 +230,7 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     dataset = cube_of("one run")
     hostile = "<script>alert(1)</script></script><b>&"
     dataset.attrs["title"] = hostile
-    dataset.attrs["sweep"] = json.dumps({"fixed": {"name": hostile}})
+    dataset.attrs["sweep"] = json.dumps({**json.loads(dataset.attrs["sweep"]), "title": hostile})
     dataset.run_reason[:] = hostile
     document = fakes.document_of(dataset)
     for html in (page.page(document), page.appendix(document)):
