@@ -184,7 +184,7 @@ def laws_beside() -> str:
     rows = []
     for shot in (*published("craters"), *published("holes")):
         if shot.value is not None:
-            for each in map(ask(laws.shot_from(shot.parameters)), laws.answering(shot.quantity)):
+            for each in (ask(law, laws.shot_from(shot.parameters)) for law in laws.answering(shot.quantity)):
                 if each.in_range:
                     use = "" if each.law.use == "verdict" else each.law.use
                     difference = percent(each.value / shot.value - 1.0)

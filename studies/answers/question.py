@@ -9,7 +9,7 @@ from typing import Annotated
 from solver.units import Described, Metre, MetrePerSecond, Radian
 from studies import materials as shipped
 from studies import scenarios
-from studies.answers.targets import meant, parameters_of_shots, targets
+from studies.answers.targets import meant, targets
 from studies.laws import Shot, target_of
 from studies.materials import Material, read_own
 from studies.quantities.findings import Findings, refusal
@@ -88,7 +88,12 @@ class Question:
 
 def shot_parameters() -> Mapping[str, Parameter]:
     """Every parameter of a question, those of plates and blocks first."""
-    return parameters_of_shots(ShotParameters)
+    return {name: parameter for record in _records() for name, parameter in declared(record).items()}
+
+
+def _records() -> tuple[type, ...]:
+    """The records of parameters: that of plates and blocks, and those of other targets."""
+    return (ShotParameters, *(target.parameters for target in targets().values() if target.parameters))
 
 
 def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
@@ -128,13 +133,12 @@ def read_question(document: Plain) -> Question:
         raise refusal("shot", document, "a mapping of parameters", "write speed: 6 km/s, projectile: al-2017-t4, ...")
     document = as_shot(document)
     findings = Findings()
-    own = _own_materials(document.get(OWN_MATERIALS), findings)
+    own = findings.attempt(_own_materials, document.get(OWN_MATERIALS), findings) or {}
     names = sorted({*shipped.names(), *own})
     parameters = shot_parameters()
     reader = AxisReader(MOST_SHOTS, names)
-    records = (ShotParameters, *(target.parameters for target in targets().values() if target.parameters))
     # Records inside those are of what a shot may have several of: what is not stated is not there.
-    fixed = {name: parameters[name].default for record in records for name in grouped(record)[""]}
+    fixed = {name: parameters[name].default for record in _records() for name in grouped(record)[""]}
     axes: list[Axis] = []
 
     def read(name: str, raw: Plain) -> None:
@@ -147,7 +151,8 @@ def read_question(document: Plain) -> Question:
     for name, raw in document.items():
         if name != OWN_MATERIALS:
             findings.attempt(read, name, raw)
-    findings.extend(missing(each) for each in parameters.values() if each.required and each.name not in document)
+    absent = [name for name, parameter in parameters.items() if parameter.required and name not in document]
+    findings.extend(missing(parameters[name]) for name in absent)
     findings.extend(meant({n for n, value in document.items() if value is not None}).missing(document, parameters))
     findings.check()
     shots = math.prod(len(axis.values) for axis in axes)
@@ -168,11 +173,9 @@ def _own_materials(raw: Plain, findings: Findings) -> dict[str, Material]:
     if raw is None:
         return {}
     if not isinstance(raw, Mapping):
-        findings.extend(
-            refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/materials.md").findings
-        )
-        return {}
+        raise refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/materials.md")
     read = {
-        str(name): findings.attempt(read_own, each, join(OWN_MATERIALS, name), str(name)) for name, each in raw.items()
+        str(name): findings.attempt(read_own, stated, join(OWN_MATERIALS, name), str(name))
+        for name, stated in raw.items()
     }
     return {name: material for name, material in read.items() if material is not None}

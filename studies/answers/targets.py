@@ -108,14 +108,9 @@ def targets() -> Mapping[str, AnsweredTarget]:
 
 def meant(stated: Collection[str]) -> AnsweredTarget:
     """The target that parameters of a question mean, complete or not."""
-    own = (each for each in targets().values() if each.parameters and {*declared(each.parameters)} & {*stated})
+    with_own = ((target, target.parameters) for target in targets().values() if target.parameters)
+    own = (target for target, record in with_own if {*declared(record)} & {*stated})
     return next(own, targets()[target_of(stated).name])
-
-
-def parameters_of_shots(base: type) -> dict[str, Parameter]:
-    """The parameters of a record, and those of each target behind them."""
-    own = (declared(each.parameters) for each in targets().values() if each.parameters)
-    return {name: parameter for record in (declared(base), *own) for name, parameter in record.items()}
 
 
 TARGET = (
