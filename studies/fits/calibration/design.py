@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from studies.fits.calibration.shots import SCENARIO, BarStrains
 from studies.materials import Material
 from studies.observations import written
 from studies.quantities.findings import refusal
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 from studies.scenarios.taylor_bar import END_PER_LENGTH
 from studies.sweeps.sampling import LATIN, Sampling
@@ -78,7 +78,7 @@ def names_of_axes() -> list[str]:
     return [*(f"bar.strength.{name}" for name in ("A", "B", *OTHERS)), "speed", "bar_length"]
 
 
-def sweep_of(material: Material, shots: BarStrains, runs: int = RUNS) -> dict[str, Any]:
+def sweep_of(material: Material, shots: BarStrains, runs: int = RUNS) -> dict[str, Plain]:
     """The sweep of bars of one diameter (the median of those shot): a Latin hypercube, stated point by point.
 
     The shape depends on length over diameter; on the diameter itself only through the strain rate, whose logarithm
