@@ -200,9 +200,9 @@ class _Reading:
             return {}
         read = {}
         for name in form.constants:
-            each = stated[name] if isinstance(stated[name], Mapping) else {}
+            part = stated[name] if isinstance(stated[name], Mapping) else {}
             numbers = [
-                self._number(f"constants.{name}.{key}", each.get(key), -math.inf, math.inf)
+                self._number(f"constants.{name}.{key}", part.get(key), -math.inf, math.inf)
                 for key in ("value", "low", "high")
             ]
             read[name] = FittedConstant(*numbers)

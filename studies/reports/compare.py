@@ -38,7 +38,7 @@ def compare(cube: xr.Dataset) -> Comparison:
         observations=tuple(observations),
         judgements=tuple(judgement for judgements, _ in judged for judgement in judgements),
         shots=tuple(shot for name in main_quantities(points) for shot in measured_shots(points, name, observations)),
-        unchecked=_shared([each for _, unchecked in judged for each in unchecked]),
+        unchecked=_shared([one for _, unchecked in judged for one in unchecked]),
         mixed=tuple(
             Mixed(name, tuple(versions))
             for name in reading.quantities_of(cube)
@@ -50,7 +50,7 @@ def compare(cube: xr.Dataset) -> Comparison:
 def _shared(every: Sequence[Unchecked]) -> tuple[Unchecked, ...]:
     """What was not checked, once for the quantities that share it."""
     found: dict[Unchecked, tuple[str, ...]] = {}
-    for each in every:
-        alike = replace(each, quantities=())
-        found[alike] = found.get(alike, ()) + each.quantities
-    return tuple(replace(each, quantities=names) for each, names in found.items())
+    for one in every:
+        alike = replace(one, quantities=())
+        found[alike] = found.get(alike, ()) + one.quantities
+    return tuple(replace(one, quantities=names) for one, names in found.items())

@@ -72,7 +72,7 @@ def figures(comparison: Comparison, names: Sequence[str]) -> tuple[Figure, ...]:
     if (other := second_axis(view)) is not None:
         drawn = [figure for name in names for figure in _maps(view, other, name, comparison)]
     else:
-        drawn = [against_laws(each, name, comparison) for name in names for each in views]
+        drawn = [against_laws(view, name, comparison) for name in names for view in views]
         # Lengths in diameters, behind a switch.
         drawn += [in_diameters(view, name, comparison) for name in names if view.is_length(name)]
     return tuple(_with_cut_bars(figure) for figure in drawn if any(panel.series for panel in figure.panels))
@@ -153,12 +153,12 @@ def _in_colour(comparison: Comparison, name: str) -> list[str]:
         if at.at == shot.point and at.law is not None and shot.ends[0] <= at.law <= shot.ends[1]
     }
     first = [*reaching] if len(reaching) == 1 else []
-    return list(dict.fromkeys([*first, *(each.law for each in laws)]))[:NEAREST]
+    return list(dict.fromkeys([*first, *(law.law for law in laws)]))[:NEAREST]
 
 
 def _nearest(comparison: Comparison, name: str) -> list[Judgement]:
     """The laws of a quantity, nearest to the simulation first."""
-    return nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
+    return nearest([law for law in comparison.judgements if law.quantity == name], "simulation")
 
 
 def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
@@ -285,15 +285,15 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
         if shot.quantity == name and all(shot.point[axis] == value for axis, value in piece.at.items()):
             x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
             shots[x, shot.value, shot.lower, shot.upper] = x, shot
-    for each in comparison.observations:
+    for seen in comparison.observations:
         if (
-            each.quantity == name
-            and each.where is not Where.ELSEWHERE
-            and view.abscissa.name in each.at
-            and _meets(each.at, piece.at)
+            seen.quantity == name
+            and seen.where is not Where.ELSEWHERE
+            and view.abscissa.name in seen.at
+            and _meets(seen.at, piece.at)
         ):
-            x = each.at[view.abscissa.name]
-            shots.setdefault((x, each.value, each.lower, each.upper), (x, each))
+            x = seen.at[view.abscissa.name]
+            shots.setdefault((x, seen.value, seen.lower, seen.upper), (x, seen))
     if not shots:
         return
     mine = [(x, shot, _norm_of(view, name, shot)) for x, shot in shots.values()]

@@ -45,17 +45,17 @@ def judgements_of(
     found += [_judged(name, names[law.label], "simulation", _beside_points(evidence, law), law) for law in laws]
     if not found:
         return (), ()
-    compared = {each.law for each in found if each.compared}
+    compared = {law.law for law in found if law.compared}
     recalled = [law.title for law in laws if CAVEATS.get(law.confidence) and law.label in compared]
     has_scatter = any(math.isfinite(law.scatter) for law in laws)
     unchecked = tuple(_unchecked(evidence, shots, has_scatter, dict.fromkeys(recalled)))
     return tuple(sorted(found, key=_rank)), unchecked
 
 
-def _rank(each: Judgement) -> tuple[bool, bool, bool, float]:
+def _rank(law: Judgement) -> tuple[bool, bool, bool, float]:
     """Nearest first; behind those that are compared those that are not, and those that are drawn alone."""
-    far = float("inf") if each.low is None else each.worst
-    return each.reference != "observation", bool(each.drawn_only), not each.compared, far
+    far = float("inf") if law.low is None else law.worst
+    return law.reference != "observation", bool(law.drawn_only), not law.compared, far
 
 
 def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judgement]:
@@ -63,12 +63,12 @@ def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judge
 
     Where flags keep every value from being compared these are the laws beside the flagged values.
     """
-    mine = [each for each in judgements if each.reference == reference and each.law != SIMULATION]
-    mine = [each for each in mine if not each.drawn_only and each.low is not None]
-    some = [each for each in mine if each.compared]
-    mine = some or [each for each in mine if each.reason is Reason.FLAGGED]
-    most = max((each.compared for each in mine), default=0)
-    return sorted(mine, key=lambda each: (2 * each.compared < most, each.worst))
+    mine = [law for law in judgements if law.reference == reference and law.law != SIMULATION]
+    mine = [law for law in mine if not law.drawn_only and law.low is not None]
+    some = [law for law in mine if law.compared]
+    mine = some or [law for law in mine if law.reason is Reason.FLAGGED]
+    most = max((law.compared for law in mine), default=0)
+    return sorted(mine, key=lambda law: (2 * law.compared < most, law.worst))
 
 
 # ---- point by point ------------------------------------------------------------------------------

@@ -31,15 +31,15 @@ class Figures:
 
     def _repr_html_(self) -> str:
         return "".join(
-            f'<figure><img src="data:image/svg+xml;base64,{_svg(each)}" alt="{escape(each.title)}" '
-            f'style="background: white; max-width: 100%"><figcaption>{escape(each.caption)}</figcaption></figure>'
-            for each in self.figures
+            f'<figure><img src="data:image/svg+xml;base64,{_svg(figure)}" alt="{escape(figure.title)}" '
+            f'style="background: white; max-width: 100%"><figcaption>{escape(figure.caption)}</figcaption></figure>'
+            for figure in self.figures
         )
 
     @property
     def names(self) -> list[str]:
         """Names of the figures."""
-        return [each.name for each in self.figures]
+        return [figure.name for figure in self.figures]
 
     def drawing(self, name: str = "") -> "Drawing":
         """A figure as one of Matplotlib, by default the first; raises InvalidInput for an unknown name."""
@@ -54,7 +54,7 @@ class Figures:
         from studies.reports.drawing.charts import draw
 
         Path(folder).mkdir(parents=True, exist_ok=True)
-        return [draw(each, Path(folder) / f"{each.name}.{format}") for each in self.figures]
+        return [draw(figure, Path(folder) / f"{figure.name}.{format}") for figure in self.figures]
 
 
 @xr.register_dataset_accessor("whipple")
@@ -70,10 +70,10 @@ class CubeFigures:
 
     def plot_laws(self, quantity: str = "") -> Figures:
         """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""
-        every = ((each, each.name.partition(OF_LAWS)) for each in self.plot().figures)
-        drawn = [(name, each) for each, (name, word, _) in every if word]
+        every = ((figure, figure.name.partition(OF_LAWS)) for figure in self.plot().figures)
+        drawn = [(name, figure) for figure, (name, word, _) in every if word]
         wanted = _known(quantity, [name for name, _ in drawn]) if quantity else ""
-        return Figures(tuple(each for name, each in drawn if wanted in ("", name)))
+        return Figures(tuple(figure for name, figure in drawn if wanted in ("", name)))
 
 
 def _svg(figure: Figure) -> str:

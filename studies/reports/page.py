@@ -144,7 +144,7 @@ def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
     It prints on at most six sheets of A4, whatever the sweep: the appendix has what is left.
     """
     every = FIGURES.validate_python(report["figures"])
-    opening = next((number for number, each in enumerate(every) if _says(each, "law", "band", "observation")), None)
+    opening = next((number for number, figure in enumerate(every) if _says(figure, "law", "band", "observation")), None)
     names = [figure.name for figure in every]
     ratio_name = "" if opening is None else f"{names[opening]}_ratio"
     ratio = names.index(ratio_name) if ratio_name in names else None
@@ -216,7 +216,7 @@ def _sweep_text(node: Node) -> Markup:
 def _says(figure: Figure, *kinds: SeriesKind) -> bool:
     """Whether a figure of the page has series of some kinds, or more than single points."""
     series = [series for panel in figure.panels for series in panel.series]
-    return figure.where == "page" and any(each.kind in kinds or len(each.x) > 1 for each in series)
+    return figure.where == "page" and any(line.kind in kinds or len(line.x) > 1 for line in series)
 
 
 def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
@@ -224,7 +224,7 @@ def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
     chosen: list[int] = []
     for number, figure in enumerate(figures):
         is_whole = number == opening and len(figure.panels) <= charts.OPENING["wide"][1]
-        panels = sum(len(figures[each].panels) for each in (*chosen, number))
+        panels = sum(len(figures[shown].panels) for shown in (*chosen, number))
         if _says(figure) and not is_whole and len(chosen) < MOST_FURTHER and panels <= MOST_FURTHER_PANELS:
             chosen.append(number)
     return chosen
@@ -238,7 +238,7 @@ def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:
         for picture in run.pictures
         if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
     ]
-    last = [each for each in shown if each[0] is shown[-1][0]]
+    last = [pair for pair in shown if pair[0] is shown[-1][0]]
     return last[0] if last else None
 
 

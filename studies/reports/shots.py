@@ -28,7 +28,7 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[StatedShot]) -> 
     """The shots of a quantity that are like a point; each once. A shot that does not state an axis is like none."""
     unit = str(points[name].attrs["units"])
     shots = [shot for shot in own if shot.quantity == name]
-    shots += [_of_table(each, unit) for each in _shipped(str(points.attrs["scenario"]), name)]
+    shots += [_of_table(shot, unit) for shot in _shipped(str(points.attrs["scenario"]), name)]
     columns = {key: by_run(points, key) for shot in shots for key in shot.at if key in points}
     needed = {axis for axis in axes_of(points) if axis in columns}
     barred = points.assign({cubes.UNCERTAINTY.named(name): error_bars(points, name)})
@@ -44,7 +44,7 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[StatedShot]) -> 
             doubts = (*doubts, Doubt.SECOND_HAND)
         place = places[number]
         # At its own values of the axes that are numbers.
-        own_place = {key: each for key, each in shot.at.items() if key in place and isinstance(each, float)}
+        own_place = {key: value for key, value in shot.at.items() if key in place and isinstance(value, float)}
         value, bar, *_ = interpolate(barred, name, {**place, **own_place})
         stated = {field.name: getattr(shot, field.name) for field in fields(StatedShot)}
         yield MeasuredShot(**stated, point=place, doubts=doubts, simulation=finite(value), simulation_bar=finite(bar))
@@ -87,7 +87,7 @@ def _nearest(at: Place, columns: dict[str, np.ndarray]) -> tuple[int, tuple[Doub
     for key in stated:
         wanted, column = at[key], columns[key]
         if isinstance(wanted, str):
-            kinds = [_likeness(wanted, str(each)) for each in column]
+            kinds = [_likeness(wanted, str(own)) for own in column]
             distance += [0.0 if kind else math.inf for kind in kinds]
             doubts |= "metal" in kinds
         else:

@@ -117,7 +117,7 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
     if figure.x.unit is None:
         return None
     series = [series for panel in figure.panels for series in panel.series]
-    values = [x for each in series for x in scaled(each.x, figure.x) if math.isfinite(x)]
+    values = [x for line in series for x in scaled(line.x, figure.x) if math.isfinite(x)]
     if not values:
         return None
     timed = figure.x.name == "time"

@@ -49,7 +49,7 @@ class Marks:
         every = [series for panel in figure.panels for series in panel.series]
         # Of the abscissa, where it has words: their places are its numbers.
         self.words = list(dict.fromkeys(str(x) for series in every for x in series.x)) if figure.x.unit is None else []
-        self._ranged = {each.label for each in every if any(each.in_range) or each.kind not in ("law", "band")}
+        self._ranged = {line.label for line in every if any(line.in_range) or line.kind not in ("law", "band")}
 
     def draw(self, axes: Axes, series: Series) -> None:
         """Draw a series."""
@@ -130,7 +130,7 @@ class Marks:
         """The names of the laws in colour at their last points in the frame, the higher above its line."""
         low, high = axes.get_ylim()
         ends = []
-        for law in (each for each in series if each.kind == "law" and not each.muted):
+        for law in (line for line in series if line.kind == "law" and not line.muted):
             x, y = self._abscissa(law.x), scaled(law.y, self.figure.y)
             inside = np.flatnonzero(np.isfinite(y) & (y >= low) & (y <= high))
             if len(inside):
@@ -145,7 +145,7 @@ class Marks:
     def _spans(self, axes: Axes, series: Series, style: Style, x: np.ndarray) -> None:
         """Published ranges, as bars between their ends; an open end lies at the frame."""
         low, high = scaled(series.low, self.figure.y), scaled(series.high, self.figure.y)
-        ranges = np.array([each is None for each in series.y]) & (np.isfinite(low) | np.isfinite(high))
+        ranges = np.array([y is None for y in series.y]) & (np.isfinite(low) | np.isfinite(high))
         bottom, top = axes.get_ylim()
         low, high = np.where(np.isfinite(low), low, bottom)[ranges], np.where(np.isfinite(high), high, top)[ranges]
         middle = 0.5 * (low + high)
@@ -203,7 +203,7 @@ class Marks:
 def _read(value: float | None, scale: Scale, bar: float | None = None) -> str:
     """A number of an axis with its bar and its unit: "5.31 ± 0.12 km/s"."""
     display = display_of(scale.unit)
-    numbers = [digits(each * display.factor) for each in (value, bar) if each is not None]
+    numbers = [digits(number * display.factor) for number in (value, bar) if number is not None]
     return f"{' ± '.join(numbers)} {display.unit}".rstrip()
 
 
@@ -225,6 +225,6 @@ def _strokes(axes: Axes, x: np.ndarray, y: np.ndarray, inside: Sequence[bool], s
     solid = np.array([a and b for a, b in pairwise(inside)], bool)
     for shown, width, dash in ((solid, STROKE, style.dash), (~solid, THIN, ":")):
         gaps = np.full(len(solid), np.nan)
-        points = np.stack([np.stack([each[:-1], each[1:], gaps], axis=-1)[shown].ravel() for each in (x, y)])
+        points = np.stack([np.stack([ends[:-1], ends[1:], gaps], axis=-1)[shown].ravel() for ends in (x, y)])
         if np.isfinite(points).all(axis=0).any():
             axes.plot(*points, dash, color=style.colour, linewidth=width, zorder=LINES)

@@ -1,4 +1,4 @@
-"""Computes the sections of accuracy: of each point its value, the parts of its bar and its grids; and the model part."""
+"""Computes the sections of accuracy: of each point its value, parts of its bar and grids; and the model part."""
 
 import math
 from collections import Counter
@@ -70,7 +70,7 @@ def _points(dataset: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[Poin
         return
     bars, mesh = error_bars(points, name).values.ravel(), np.ravel(mesh_part(points, name))
     values, raw, reading_error = (
-        simulated_or_nan(points, each) for each in (name, cubes.RAW.named(name), cubes.UNCERTAINTY.named(name))
+        simulated_or_nan(points, variable) for variable in (name, cubes.RAW.named(name), cubes.UNCERTAINTY.named(name))
     )
     for number, (at, also) in enumerate(zip(places, beside, strict=True)):
         is_known = math.isfinite(mesh[number])
