@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Refined, axes_of, by_run, is_same, main_quantities, places_of, refined, refinements_of
@@ -36,7 +35,7 @@ from studies.reports.figure import (
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Place, Where
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
@@ -286,12 +285,9 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
             x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
             shots[x, shot.value, shot.lower, shot.upper] = x, shot
     for seen in comparison.observations:
-        if (
-            seen.quantity == name
-            and seen.where is not Where.ELSEWHERE
-            and view.abscissa.name in seen.at
-            and _meets(seen.at, piece.at)
-        ):
+        near = (axis in seen.at and is_same(seen.at[axis], value, NEAR) for axis, value in piece.at.items())
+        is_here = seen.quantity == name and seen.where is not Where.ELSEWHERE and view.abscissa.name in seen.at
+        if is_here and all(near):
             x = seen.at[view.abscissa.name]
             shots.setdefault((x, seen.value, seen.lower, seen.upper), (x, seen))
     if not shots:
@@ -308,10 +304,6 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
         notes=tuple(shot.source for _, shot, _ in mine),
         connected=False,
     )
-
-
-def _meets(at: Place, axes: Place) -> bool:
-    return all(axis in at and is_same(at[axis], value, NEAR) for axis, value in axes.items())
 
 
 def _norm_of(view: FigureView, name: str, shot: MeasuredShot | MatchedObservation) -> float:
@@ -391,7 +383,7 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
         caption=_caption(
             "convergence",
             offsets=any(_several_offsets(point) for point in shown[:1]),
-            extrapolated=any(point.converged.verdict == "converging" for point in shown),
+            extrapolated=any(map(_is_converging, shown)),
             left_out=len(valued) > len(shown),
         ),
         x=Scale("spacing", "cell size / projectile diameter", "1"),
@@ -401,7 +393,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
                 title_of(view.dataset, places[point.number]),
                 places[point.number],
                 tuple(_of_point(point)),
-                _verdict(point.converged),
+                # With the order where there is one: "converging, order 1.3".
+                f"{point.converged.verdict}{f', order {point.converged.order:.2g}' if _is_converging(point) else ''}",
             )
             for point in shown
         ),
@@ -409,10 +402,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     )
 
 
-def _verdict(converged: Convergence) -> str:
-    """The verdict, with the order where there is one: "converging, order 1.3"."""
-    order = f", order {converged.order:.2g}" if converged.verdict == "converging" else ""
-    return converged.verdict + order
+def _is_converging(point: Refined) -> bool:
+    return point.converged.verdict == "converging"
 
 
 def _several_offsets(point: Refined) -> bool:
@@ -427,8 +418,13 @@ def _of_point(point: Refined) -> Iterator[Series]:
         low, high = (converged.value + sign * converged.uncertainty for sign in (-1.0, 1.0))
         coarsest = max(level.spacing for level in converged.levels)
         yield Series("band", ERROR_BAR, (0.0, coarsest), low=(low,) * 2, high=(high,) * 2, in_range=(True,) * 2)
-    if converged.verdict == "converging":
-        yield _trend(converged)
+    if _is_converging(point):
+        # f(0) + C h^p from nothing to the third finest resolution, through the two finest.
+        fine, _, coarse = [level for level in converged.levels if level.values][:3]
+        sizes = np.linspace(0.0, coarse.spacing, TREND_POINTS)
+        at_zero, order = converged.extrapolated, converged.order
+        trend = at_zero + (fine.value - at_zero) * (sizes / fine.spacing) ** order
+        yield Series("trend", TREND, tuple(sizes.tolist()), tuple(trend.tolist()))
     if _several_offsets(point):
         finite = np.isfinite(point.values)
         x, y = point.spacings[finite].tolist(), point.values[finite].tolist()
@@ -440,13 +436,5 @@ def _of_point(point: Refined) -> Iterator[Series]:
         tuple(level.value for level in levels),
         numbers(level.scatter for level in levels),
     )
-    if converged.verdict == "converging":
+    if _is_converging(point):
         yield Series("limit", EXTRAPOLATED, (0.0,), (converged.extrapolated,), connected=False)
-
-
-def _trend(converged: Convergence) -> Series:
-    """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
-    fine, _, coarse = [level for level in converged.levels if level.values][:3]
-    x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
-    y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** converged.order
-    return Series("trend", TREND, tuple(x.tolist()), tuple(y.tolist()))

@@ -6,7 +6,6 @@ Made in one place, from the evidence of a cube; templates put it into words.
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -17,6 +16,7 @@ from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
 from studies.reports.evidence import DEFINITION, FIRST_HAND, MESH, MODEL, NO_SIZE, Evidence, LawAnswers, answers_of
 from studies.reports.matched import interpolate
 from studies.reports.records import (
+    IN_RANGE,
     Code,
     Judgement,
     MatchedObservation,
@@ -54,8 +54,7 @@ def judgements_of(
 
 def _rank(law: Judgement) -> tuple[bool, bool, bool, float]:
     """Nearest first; behind those that are compared those that are not, and those that are drawn alone."""
-    far = float("inf") if law.low is None else law.worst
-    return law.reference != "observation", bool(law.drawn_only), not law.compared, far
+    return law.reference != "observation", bool(law.drawn_only), not law.compared, law.worst
 
 
 def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judgement]:
@@ -145,32 +144,26 @@ def _point(
     """
     difference = finite(float(law / reference - 1.0)) if reference else None
     bar = _zero(abs(uncertainty / reference)) if reference else 0.0
-    judged = PointJudgement(
+    outcome, deciding = Outcome.NOT_COMPARABLE, set[str]()
+    if status in IN_RANGE and not unjudged and tests and difference is not None:
+        # What lies between the value and what another failure makes of it is as possible as both.
+        reached = {name for name, share in moved if min(0.0, share) - bar <= difference <= max(0.0, share) + bar}
+        missed = {name for name, share in moved if abs(difference - share) > bar}
+        outcome, deciding = (Outcome.LOW if difference < 0.0 else Outcome.HIGH), reached
+        if abs(difference) <= bar:
+            outcome, deciding = Outcome.WITHIN, missed
+    return PointJudgement(
         at=at,
         law=finite(float(law)),
         reference=None if reference is None else finite(float(reference)),
         difference=difference,
         bar=bar if tests else None,
-        outcome=Outcome.NOT_COMPARABLE,
+        outcome=outcome,
         status=status,
         outside=outside,
         unjudged=unjudged,
-        hangs_on=(),
+        hangs_on=tuple(name for name, _ in moved if name in deciding),
     )
-    if judged.state != "judged" or not tests or difference is None:
-        return judged
-    outcome = Outcome.WITHIN if abs(difference) <= bar else Outcome.LOW if difference < 0.0 else Outcome.HIGH
-    # What lies between the value and what another failure makes of it is as possible as both.
-    deciding = [
-        failure
-        for failure, share in moved
-        if (
-            abs(difference - share) > bar
-            if outcome is Outcome.WITHIN
-            else min(0.0, share) - bar <= difference <= max(0.0, share) + bar
-        )
-    ]
-    return replace(judged, outcome=outcome, hangs_on=tuple(deciding))
 
 
 # ---- over all points -----------------------------------------------------------------------------

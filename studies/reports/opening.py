@@ -6,7 +6,7 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -113,7 +113,8 @@ def _of_quantity(
     computed = computed_of(points, name)
     if not computed:
         return None
-    count, bar, flagged = len(computed), _largest_bar(computed), sum(point.flagged for point in computed)
+    count, flagged = len(computed), sum(point.flagged for point in computed)
+    bars = [point.bar / abs(point.value) for point in computed if point.bar is not None and point.value]
     axes = {axis for axis in axes_of(points) if len({point.at[axis] for point in computed}) > 1}
     if len(axes) > 1 or count > MOST_LISTED:
         computed = [*ends_of(computed)]
@@ -123,22 +124,20 @@ def _of_quantity(
         quantity=name,
         unit=str(points[name].attrs["units"]),
         values=tuple(computed),
-        bar=bar,
+        bar=max(bars) if len(bars) == count else None,
         points=count,
         flagged=flagged,
         laws=tuple(laws),
         has_laws=any(law.reference == "simulation" and not law.drawn_only for law in mine),
         shots=tuple(shots),
-        at_shot=tuple(given for shot in shots[:1] for given in _given(laws, shot)),
+        at_shot=tuple(
+            Given(law.name, at.law, shot.ends[0] <= at.law <= shot.ends[1])
+            for shot in shots[:1]
+            for law in laws
+            for at in law.points
+            if at.at == shot.point and at.law and not at.outside
+        ),
     )
-
-
-def _given(laws: Sequence[Judgement], shot: MeasuredShot) -> Iterator[Given]:
-    low, high = shot.ends
-    for law in laws:
-        for at in law.points:
-            if at.at == shot.point and at.law and not at.outside:
-                yield Given(law.name, at.law, low <= at.law <= high)
 
 
 def computed_of(points: xr.Dataset, name: str) -> list[Computed]:
@@ -162,11 +161,6 @@ def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
     """Whether a value (points,) speaks of pieces that the mesh alone made, so that it is no answer."""
     flags = flag_words(cubes.FLAGS.of(points, name))
     return np.array([COARSER_THAN_FRAGMENTS in words for words in flags]) & np.isfinite(points[name].values.ravel())
-
-
-def _largest_bar(computed: Sequence[Computed]) -> float | None:
-    bars = [point.bar / abs(point.value) for point in computed if point.bar is not None and point.value]
-    return max(bars) if len(bars) == len(computed) else None
 
 
 def _to_run(points: xr.Dataset) -> tuple[str, float]:

@@ -1,10 +1,11 @@
-"""Pictures of runs: which runs a report shows, and what each picture says, from the cube and the stored sections.
+"""Pictures of runs and of their set-up: which runs a report shows, and what each picture says.
 
 :func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
 that ``drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their colours,
 so that runs compare.
 """
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,14 +15,17 @@ from zipfile import BadZipFile
 import numpy as np
 import xarray as xr
 
+from studies import scenarios
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
+from studies.cubes.points import axes_of, by_run, places_of, plain, refinements_of, simulated_values
+from studies.cubes.variable import variable_name
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
-from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures, rounded_up
-from studies.reports.setup import setup_of
+from studies.quantities.parameters import Value, declared
+from studies.quantities.units import readable
+from studies.reports.sections.pictures import DrawnSetUp, Frame, Length, Picture, PicturedRun, Pictures, rounded_up
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
 from studies.sweeps.reading import OFFSET, RESOLUTION
@@ -166,7 +170,11 @@ def _pictures(
         kind = "end" if moment == END else "debris"
         section = run.sections.at(moment)
         if section is None:
-            yield Picture(kind, _why_missing(run.sections, asked))
+            end = run.sections.at(END)
+            why = f"the state at {elapsed(asked)} was not kept when the run was resumed"
+            if end and end.time < asked:
+                why = f"the run ended before {elapsed(asked)}"
+            yield Picture(kind, f"no picture: {why}")
             continue
         for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
             yield _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
@@ -227,14 +235,6 @@ def _middle(run: Shown) -> float:
         return 0.0
     widest = int(np.argmax(np.diff(across)))
     return float(0.5 * (across[widest] + across[widest + 1]))
-
-
-def _why_missing(sections: Sections, asked: float) -> str:
-    """Why the state of a moment is not there."""
-    end = sections.at(END)
-    if end is not None and end.time < asked:
-        return f"no picture: the run ended before {elapsed(asked)}"
-    return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
 
 
 # ---- frames and colours --------------------------------------------------------------------------
@@ -326,3 +326,50 @@ def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[
         low = math.floor(low / step) * step
         return (low, max(math.ceil(high / step), low / step + 1.0) * step)
     return (0.0, rounded_up(high))
+
+
+# ---- the set-up ------------------------------------------------------------------------------------
+
+
+def setup_of(dataset: xr.Dataset) -> DrawnSetUp | None:
+    """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
+    values = {name: _values_of(dataset, name) for name in json.loads(dataset.attrs["vocabulary"])["parameters"]}
+    return setup(scenarios.load(dataset.attrs["scenario"]), values)
+
+
+def setup(scenario: scenarios.Scenario, values: Mapping[str, Sequence[Value]]) -> DrawnSetUp | None:
+    """The set-up of the first of the values (SI) of each parameter, as ``setup_of`` gives it."""
+    outline = scenario.parameters.outline({name: several[0] for name, several in values.items() if several})
+    if outline is None:
+        return None
+    units = {name: parameter.unit or "1" for name, parameter in declared(scenario.parameters).items()}
+    names = dict.fromkeys([d.parameter for d in outline.dimensions])
+    labels = {name: _label(units[name], values[name]) for name in (*names, "speed") if values.get(name)}
+    bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
+    materials = {
+        body: ", ".join([*map(str, values[body][:3]), *(["…"] if len(values[body]) > 3 else [])])
+        for body in bodies
+        if values.get(body)
+    }
+    spoken = [f"{words(name)} {label}" for name, label in labels.items()]
+    spoken += [f"{body} of {text}" for body, text in materials.items()]
+    return DrawnSetUp(outline, labels, materials, f"The set-up of the first run, to scale: {'; '.join(spoken)}.")
+
+
+def _values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
+    """The values of a parameter over the runs, each once, the first run's first; none where no run has it."""
+    name = variable_name(parameter)
+    if name not in dataset.variables:
+        return []
+    values = [plain(value) for value in by_run(dataset, name)]
+    return [value for value in dict.fromkeys(values) if value not in ("", "nan") and value == value]
+
+
+def _label(unit: str, values: Sequence[Value]) -> str:
+    """A length or a speed in the unit that people read, to four digits, with its range where the sweep varies it."""
+    numbers = [float(value) for value in values if value is not None]
+    low, high = (readable(float(f"{end:.4g}"), unit) for end in (min(numbers), max(numbers)))
+    if low == high:
+        return low
+    number, _, name = low.partition(" ")
+    return f"{number if high.endswith(f' {name}') else low} to {high}"

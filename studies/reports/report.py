@@ -49,7 +49,7 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
     opener = min((pair for pair in parts if pair[1].opening), key=lambda pair: pair[0].rank, default=None)
     # Those of the section that opens the report first.
     figures = (figure for pair in sorted(parts, key=lambda pair: pair is not opener) for figure in pair[1].figures)
-    points = source.points
+    points, main = source.points, main_quantities(dataset)
     head = Head(
         report_version=REPORT_VERSION,
         title=dataset.attrs["title"],
@@ -59,7 +59,10 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
         opened_by=opener[0].name if opener else "",
         axes=tuple(_axis(dataset, name) for name in axes_of(points)),
         coordinates=tuple(_axis(dataset, name) for name in axes_of(dataset)),
-        quantities=tuple(_quantities(dataset)),
+        quantities=tuple(
+            MeasuredQuantity(name, str(dataset[name].attrs["units"]), reading.meaning_of(dataset[name]), name in main)
+            for name in reading.quantities_of(dataset)
+        ),
         figures=tuple(figures),
     )
     return Report(head, {section.name: part.record for section, part in parts}, short_texts(dataset))
@@ -74,11 +77,3 @@ def _axis(dataset: xr.Dataset, name: str) -> Axis:
     axis = dataset[name]
     values = tuple(dict.fromkeys(plain(value) for value in axis.values))
     return Axis(name, axis.attrs.get("units"), reading.meaning_of(axis), values, name in refinements_of(dataset))
-
-
-def _quantities(dataset: xr.Dataset) -> list[MeasuredQuantity]:
-    main = main_quantities(dataset)
-    return [
-        MeasuredQuantity(name, str(dataset[name].attrs["units"]), reading.meaning_of(dataset[name]), name in main)
-        for name in reading.quantities_of(dataset)
-    ]

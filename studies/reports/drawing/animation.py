@@ -69,7 +69,9 @@ def _write(film: Dataset, field: str, writer: AbstractMovieWriter, file: Path) -
     sections = sections_of(film)
     frame = _frame(sections)
     display, label = display_of(film[field].attrs["units"]), film[field].attrs["long_name"]
-    limits = _limits(sections, field)
+    values = np.concatenate([state.fields[field] for state in sections.states])
+    low, high = (float(end) for end in np.nanpercentile(values, (LEFT_OUT, 100.0 - LEFT_OUT)))
+    limits = low, max(high, low + 1e-12)
     picture = Picture("film", field=field, label=label, unit=display.unit, factor=display.factor, limits=limits)
     columns = 2 * round(0.5 * SHARP * (FULL - LEFT - RIGHT))
     with drawn_in_style():
@@ -93,10 +95,3 @@ def _frame(sections: Sections) -> Frame:
     left, top = (float(value) - margin for value in np.min(corners, axis=0))
     right, bottom = (float(value) + margin for value in np.max(corners, axis=0))
     return Frame(-right if sections.mirrored else left, right, top, bottom)
-
-
-def _limits(sections: Sections, field: str) -> tuple[float, float]:
-    """The values of a field with the lowest and the highest colour."""
-    values = np.concatenate([state.fields[field] for state in sections.states])
-    low, high = np.nanpercentile(values, (LEFT_OUT, 100.0 - LEFT_OUT))
-    return float(low), float(max(high, low + 1e-12))

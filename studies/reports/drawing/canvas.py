@@ -65,16 +65,12 @@ TEXTS: Mapping[str, TextLook] = {
 
 
 @contextmanager
-def drawn_in_style() -> Iterator[None]:
-    """Draw in the common style, and leave that of other drawings of the process as it is."""
-    with matplotlib.rc_context(_style("report")):
-        yield
+def drawn_in_style(name: str = "report") -> Iterator[None]:
+    """Draw in a style, and leave that of other drawings of the process as it is.
 
-
-@contextmanager
-def drawn_plainly() -> Iterator[None]:
-    """Draw in grey and colours that read on any paper, light or dark."""
-    with matplotlib.rc_context(_style("plain")):
+    The style "plain" has grey and colours that read on any paper, light or dark.
+    """
+    with matplotlib.rc_context(_style(name)):
         yield
 
 

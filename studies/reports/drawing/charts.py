@@ -37,7 +37,7 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     drawing = canvas(width, grid.height)
     for number, panel in enumerate(panels):
         axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
-        prepare(axes, figure, panel, marks.words, grid.is_left(number))
+        prepare(axes, figure, panel, marks.words, number % grid.columns == 0)
         for series in panel.series:
             marks.draw(axes, series)
         marks.name_laws(axes, panel.series)

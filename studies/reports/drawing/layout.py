@@ -38,20 +38,16 @@ class Grid:
         self._width = width
         self._gap = GAP_WITH_NUMBERS if figure.scales == "own" else GAP
         inside = width - LEFT - RIGHT
-        self._columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, int(inside // PANEL_WIDTH)))
-        self._rows = math.ceil(len(panels) / self._columns)
-        self._part = (inside - self._gap * (self._columns - 1)) / self._columns
+        self.columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, int(inside // PANEL_WIDTH)))
+        self._rows = math.ceil(len(panels) / self.columns)
+        self._part = (inside - self._gap * (self.columns - 1)) / self.columns
         self._notes = [panel.note for panel in panels]
         self._titles = [wrap(_bound(panel.title), int(self._part / LETTER)) for panel in panels]
         lines = max(len(title) + bool(note) for title, note in zip(self._titles, self._notes, strict=True))
         self._above = TITLE_LINE * lines + 6.0
-        low = self._columns > 1 and self._rows > 2
+        low = self.columns > 1 and self._rows > 2
         self._of_row = HEIGHTS[2 if low else 1] if len(panels) > 1 else min(HEIGHTS[0], FLATTEST * width)
         self.height = self._rows * (self._above + self._of_row + BELOW)  # without the legend
-
-    def is_left(self, place: int) -> bool:
-        """Whether a panel is the first of its row."""
-        return place % self._columns == 0
 
     def title(self, axes: Axes, place: int) -> None:
         """Write the title above a panel, and its note on a further line."""
@@ -66,7 +62,7 @@ class Grid:
         drawing.set_size_inches(self._width / 72.0, height / 72.0)
         legend.set_bbox_to_anchor((LEFT / self._width if self._width > 2 * PANEL_WIDTH else 0.0, UNDER / height))
         for place, axes in enumerate(drawing.axes):
-            row, column = divmod(place, self._columns)
+            row, column = divmod(place, self.columns)
             left = LEFT + column * (self._part + self._gap)
             top = height - row * (self._above + self._of_row + BELOW) - self._above
             size = self._part / self._width, self._of_row / height

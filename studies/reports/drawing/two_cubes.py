@@ -99,9 +99,9 @@ def two_cubes(first: Path, second: Path) -> TwoCubes:
     if names[0] == names[1]:
         names = [f"{name} ({path})" for name, path in zip(names, (first, second), strict=True)]
     points = [points_of(cube) for cube in cubes]
-    quantities = _in_both(*(main_quantities(cube) for cube in points))
+    quantities = [name for name in main_quantities(points[0]) if name in main_quantities(points[1])]
     own = [axes_of(cube) for cube in points]
-    varied = _in_both(*own)
+    varied = [axis for axis in own[0] if axis in own[1]]
     for what, common, lists in (
         ("a quantity", quantities, [reading.quantities_of(cube) for cube in points]),
         ("an axis", varied, own),
@@ -146,10 +146,6 @@ def _with_short_texts(cube: xr.Dataset) -> xr.Dataset:
     long = [name for name, array in cube.coords.items() if array.dtype.kind in "OUT" and short]
     shorten = np.vectorize(lambda text: short.get(text, text), otypes=[object])
     return cube.assign_coords({name: cube[name].copy(data=shorten(cube[name].values)) for name in long})
-
-
-def _in_both(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    return [name for name in first if name in second]
 
 
 def _same(first: Place, second: Place) -> bool:
