@@ -6,7 +6,7 @@ say in words what they show.
 
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -15,7 +15,6 @@ from typing import TypedDict
 import matplotlib
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
 from studies.quantities.display import digits
@@ -82,11 +81,6 @@ def _style(name: str) -> matplotlib.RcParams:
 def canvas(width: float, height: float) -> Figure:
     """An empty canvas; sizes in points."""
     return Figure(figsize=(width / 72.0, height / 72.0), dpi=72, facecolor="none")
-
-
-def say(artist: PathCollection, texts: Iterable[str]) -> None:
-    """Let each point of a collection say a text where a reader points at it."""
-    artist.set_urls([SAYS + text for text in texts])
 
 
 def line(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float]) -> None:

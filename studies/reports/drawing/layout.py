@@ -42,7 +42,9 @@ class Grid:
         self._rows = math.ceil(len(panels) / self.columns)
         self._part = (inside - self._gap * (self.columns - 1)) / self.columns
         self._notes = [panel.note for panel in panels]
-        self._titles = [wrap(_bound(panel.title), int(self._part / LETTER)) for panel in panels]
+        # No line break parts a number from its unit.
+        bound = (re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", panel.title) for panel in panels)
+        self._titles = [wrap(title, int(self._part / LETTER)) for title in bound]
         lines = max(len(title) + bool(note) for title, note in zip(self._titles, self._notes, strict=True))
         self._above = TITLE_LINE * lines + 6.0
         low = self.columns > 1 and self._rows > 2
@@ -90,11 +92,6 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
         axes.set_ylim(*limits)
         if limits[0] < 0.0 < limits[1]:
             axes.axhline(0.0, color=GREY, linewidth=0.75, zorder=0.5)
-
-
-def _bound(title: str) -> str:
-    """A title in which no line break parts a number from its unit."""
-    return re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", title)
 
 
 def _cell_sizes(panel: Panel) -> list[float]:

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from studies.quantities.display import digits, display_of
-from studies.reports.drawing.canvas import KIND, say
+from studies.reports.drawing.canvas import KIND, SAYS
 from studies.reports.drawing.styles import (
     FLAGGED,
     LOOKS,
@@ -92,10 +92,10 @@ class Marks:
         marks.set(clip_on=look.clipped, zorder=POINTS)
         if style.marker != "x":
             marks.set_facecolor(faces)
-        say(marks, self._texts(series))
+        marks.set_urls([SAYS + text for text in self._texts(series)])
 
     def _texts(self, series: Series) -> Iterator[str]:
-        """What the points of a series say: label, place, value with its bar, and words."""
+        """What points say where a reader points at them: label, place, value with its bar, and words."""
         x, y = self.figure.x, self.figure.y
         for place, at in enumerate(series.x):
             parts = [at if isinstance(at, str) else _read(at, x)]

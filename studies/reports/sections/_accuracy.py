@@ -24,8 +24,15 @@ from studies.cubes.points import (
 from studies.cubes.reading import finite
 from studies.cubes.variable import Variable
 from studies.reports.section import Part, Source
-from studies.reports.sections.convergence import Convergence, GridLevel, PointConvergence, QuantityConvergence
-from studies.reports.sections.models import ModelPart, Models, Side
+from studies.reports.sections.accuracy import (
+    Convergence,
+    GridLevel,
+    ModelPart,
+    Models,
+    PointConvergence,
+    QuantityConvergence,
+    Side,
+)
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 
