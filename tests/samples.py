@@ -1,9 +1,11 @@
 """What features offer to the tests that all of their kind share: a folder of tests may have a module ``samples``.
 
-Names that shared tests ask for: ``SMALL``, ``RESOLUTION``, ``VARIED`` and ``COMPILED_ALONE`` of scenarios
+Names that shared tests ask for: ``LAW_SHOTS`` and ``FORMULA_ARGUMENTS`` of laws (``tests/contracts/test_laws.py``) and
+``QUESTION`` to them, ``SMALL``, ``RESOLUTION``, ``VARIED`` and ``COMPILED_ALONE`` of scenarios
 (``tests/contracts/test_scenarios.py``), ``STATES``, ``FOLLOWED``, ``KNOWN``, ``NO_VALUE`` and ``DOUBTED`` of
-measurements (``tests/studies/measurements``), ``SOLVED``, ``CASES`` and ``LONG`` of runs (``tests/studies/runs``), and
-``REFUSED`` of parameters. Of the solver ``PROBLEMS`` and ``LONG`` (``tests/solver/test_checkpoint.py``).
+measurements (``tests/studies/measurements``), ``SOLVED``, ``CASES``, ``LONG`` and ``OF_LONGER_RUNS`` of runs
+(``tests/studies/runs``), and ``REFUSED`` of parameters. Of the solver ``PROBLEMS`` and ``LONG``
+(``tests/solver/test_checkpoint.py``).
 """
 
 from collections.abc import Mapping

@@ -26,13 +26,12 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.shields.shots import joined
 from studies.shields.shots.answers import shown
-from studies.shields.shots.drawn import SimulationKind, failures_found
+from studies.shields.shots.drawn import Simulated, SimulationKind, failures_found, stored
 from studies.shields.shots.joined import (
     LEAST_CELLS,
     MOST_CELLS,
     THROUGH_BUMPER,
     THROUGH_WALL,
-    Simulated,
     SimulatedShot,
     cells_across,
     cells_through,
@@ -336,7 +335,7 @@ def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str,
 
 def _joined_ranges(kinds: Iterable[SimulationKind]) -> list[str]:
     """The kinds of simulation that reports join, with the range of the speed."""
-    joints = {kind: joined.joint(kind) for kind in kinds}
+    joints = {kind: stored().get(kind.name) for kind in kinds}
     return [
         f"failure {kind.name} {where}"
         for kind, constants in joints.items()

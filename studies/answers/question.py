@@ -18,6 +18,7 @@ from studies.quantities.parameters import (
     Parameter,
     Plain,
     Value,
+    by_place,
     declared,
     find,
     grouped,
@@ -25,7 +26,6 @@ from studies.quantities.parameters import (
     missing,
     parse_value,
 )
-from studies.scenarios.parts.bumpers import by_place
 from studies.sweeps.axes import Axis, AxisReader
 from studies.sweeps.flat import as_sweep
 from studies.sweeps.reading import KEYS
@@ -86,14 +86,19 @@ class Question:
         return targets()[self.target].shot(stated, self.materials)
 
 
+def _records() -> tuple[type, ...]:
+    """The records of the parameters of a question, that of plates and blocks first."""
+    return (ShotParameters, *(target.parameters for target in targets().values() if target.parameters))
+
+
 def shot_parameters() -> Mapping[str, Parameter]:
     """Every parameter of a question, those of plates and blocks first."""
     return {name: parameter for record in _records() for name, parameter in declared(record).items()}
 
 
-def _records() -> tuple[type, ...]:
-    """The records of parameters: that of plates and blocks, and those of other targets."""
-    return (ShotParameters, *(target.parameters for target in targets().values() if target.parameters))
+def single_parameters() -> Mapping[str, Parameter]:
+    """Those of which a shot has one, and not several as it may have bumpers: what is not stated is not there."""
+    return {name: declared(record)[name] for record in _records() for name in grouped(record)[""]}
 
 
 def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
@@ -102,7 +107,7 @@ def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
     Raises InvalidInput where the values of a sweep are not every combination of those on its axes.
     """
     if not {*document} & ({*KEYS} - {OWN_MATERIALS}):
-        return by_place(document)
+        return by_place(document, "", *_records())
     document = as_sweep(document, KEYS)
     combine = document.get("combine") or "grid"
     if combine != "grid":
@@ -112,7 +117,7 @@ def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
     fixed, axes = (document.get(key) or {} for key in ("fixed", "axes"))
     if not isinstance(fixed, Mapping) or not isinstance(axes, Mapping):
         raise refusal("fixed and axes", "no mapping", "names and values", "write fixed: {speed: 6 km/s}")
-    stated = {**by_place(fixed, "fixed"), **{name: _asked(values) for name, values in axes.items()}}
+    stated = {**by_place(fixed, "fixed", *_records()), **{name: _asked(values) for name, values in axes.items()}}
     shot = {name: value for name, value in stated.items() if name not in left_out and "." not in name}
     return {**shot, **{key: document[key] for key in (OWN_MATERIALS,) if key in document}}
 
@@ -137,8 +142,7 @@ def read_question(document: Plain) -> Question:
     names = sorted({*shipped.names(), *own})
     parameters = shot_parameters()
     reader = AxisReader(MOST_SHOTS, names)
-    # Records inside those are of what a shot may have several of: what is not stated is not there.
-    fixed = {name: parameters[name].default for record in _records() for name in grouped(record)[""]}
+    fixed = {name: parameter.default for name, parameter in single_parameters().items()}
     axes: list[Axis] = []
 
     def read(name: str, raw: Plain) -> None:

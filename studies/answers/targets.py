@@ -16,7 +16,7 @@ from studies.laws import Shot, shot_from, target_of
 from studies.laws.targets import Stated
 from studies.materials import Material
 from studies.quantities.findings import Finding
-from studies.quantities.parameters import Parameter, Plain, declared, missing
+from studies.quantities.parameters import Parameter, Plain, declared, grouped, lists_of, missing
 from studies.reports.figure import Figure
 
 if TYPE_CHECKING:
@@ -56,12 +56,20 @@ class AnsweredTarget:
     drawn: tuple[str, str] = ("", "")  # the quantity of its picture, and the symbol of it over the diameter
     table: tuple[str, str] | None = None  # of published shots, and their scenario
     parameters: type | None = None  # a record of parameters of its own
+    own: tuple[str, ...] = ()  # those of every shot that tell it from others, where it has no record
     roles: tuple[str, ...] = ("projectile", "target")  # parameters that name a material
     example: Path | None = None  # a question that ships
     adds: bool = False  # whether it has an addition
     untold: tuple[str, ...] = ()  # quantities that its page tells without the laws' table
     # Templates of a page: beside its first line, behind its picture, and before the sources.
     templates: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def stated(self) -> tuple[str, ...]:
+        """The parameters that a document has of it besides those of every shot."""
+        if not self.parameters:
+            return self.own
+        return (*grouped(self.parameters)[""], *lists_of(self.parameters))
 
     def missing(self, document: Mapping[str, Plain], parameters: Mapping[str, Parameter]) -> Iterator[Finding]:
         """A finding for each parameter that the target needs, or that contradicts it."""
@@ -116,6 +124,7 @@ def meant(stated: Collection[str]) -> AnsweredTarget:
 TARGET = (
     AnsweredTarget(
         name="plate",
+        own=("target", "plate_thickness"),
         quantities=(
             *("hole_diameter", "plate_critical_diameter", "perforation_thickness", "detached_spall_thickness"),
             "spall_thickness",
@@ -125,6 +134,7 @@ TARGET = (
     ),
     AnsweredTarget(
         name="block",
+        own=("target",),
         quantities=("crater_depth", "crater_diameter", "crater_volume", "perforation_thickness", "spall_thickness"),
         drawn=("crater_depth", "p/d"),
         table=("craters", "thick_plate"),

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, Reading, measurement
+from studies.measurements._settings import Melting
 from studies.measurements.distributions import Bins, Distribution
 from studies.measurements.impact.cloud import (
     HALF,
@@ -20,7 +21,6 @@ from studies.measurements.impact.cloud import (
     of_projectile,
 )
 from studies.measurements.impact.edges import overlap
-from studies.measurements.impact.matter import Melting
 from studies.quantities.measured import DEFINITION
 
 # ---- shape ---------------------------------------------------------------------------------------
@@ -81,23 +81,17 @@ def cloud_length_over_diameter(view: CloudView) -> Reading:
 # ---- the melted share, from the residual energy of matter: what mesh and shocks leave in it, three grids say ------
 
 
-def _molten(residual: np.ndarray, melting: Melting) -> np.ndarray:
-    """Melted share (n,) of matter with a residual energy (n,), J/kg.
+def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.ndarray]) -> Measurement:
+    """Melted share of some particles (n, bool); half of its excess over what is all liquid is its definition's part.
 
     At no pressure matter begins to melt with the energy e_m = c_v (T_m - T_0), and is liquid from e_m + L on, with the
     latent heat L of fusion; in between the share (e - e_m) / L of it is (lever rule). The energy tells it, because the
     temperature stays at T_m in between.
     """
-    from solver.matter.melting import melted_share
-
-    onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-    return melted_share(residual, onset, melting.latent_heat)
-
-
-def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.ndarray]) -> Measurement:
-    """Melted share of some particles (n, bool); half of its excess over what is all liquid is its definition's part."""
 
     def read(view: CloudView) -> Reading:
+        from solver.matter.melting import melted_share
+
         among = of(view)
         if not among.any():
             raise NoValue(NOTHING_BEHIND)
@@ -109,7 +103,8 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         share = np.zeros(view.mass.size)
         for mine, melting in kinds:
             if isinstance(melting, Melting):
-                share[mine] = _molten(view.residual[mine], melting)
+                onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
+                share[mine] = melted_share(view.residual[mine], onset, melting.latent_heat)
         mass = view.mass[among]
         value = float((mass * share[among]).sum() / mass.sum())
         liquid = float(mass[share[among] == 1.0].sum() / mass.sum())

@@ -16,7 +16,7 @@ the time t of fracture):
 Solid metal breaks in the way that takes less stress, so with the smaller of the first two: the stress is rho c d s / 2
 in both. The rate is that of the whole cloud at its original density: along each axis the spread of its velocities over
 that of the places that its matter had *before the impact* (standard deviations, mass-weighted), the three added. Matter
-that flies freely keeps it, at whatever time it is read; v = k X has d = 3 k. Two other rates are none. That of a
+that flies freely keeps it, at whatever time it is read; v = k X has d = 3 k. Two other rates do not serve. That of a
 least-squares gradient over present places falls as one over the time since the impact, and so makes a size that grows
 with the time that a user chooses. That of one over the places before the impact tells growth from turning over: where
 the rear of a sphere overtakes its front, the terms cancel (457/s at 4 km/s on t/d 0.2, of a cloud that flies apart).
@@ -29,9 +29,9 @@ import numpy as np
 
 from studies.clouds.cloud import OF_CLOUD, melted_share_behind
 from studies.measurements import Measurement, NoValue, Reading, measurement
+from studies.measurements._settings import Breakup
 from studies.measurements.distributions import Bins, Distribution
 from studies.measurements.impact.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
-from studies.measurements.impact.matter import Breakup
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,

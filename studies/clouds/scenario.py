@@ -9,15 +9,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.measurements.impact.matter import Breakup, Melting
+from studies.measurements._settings import Breakup, CloudSetting, Melting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DebrisName
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
+from studies.scenarios import Materials, ObservationRate, Scenario
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetUp, outline
 from studies.scenarios.parts.matter import yield_stress
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
@@ -40,14 +41,6 @@ MOST_ROOM = 50.0  # projectile diameters
 
 OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
-
-
-@dataclass(frozen=True)
-class CloudSetting(ImpactSetting):
-    """An impact whose debris is measured."""
-
-    breakup: tuple[Breakup, ...]  # of each body
-    melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +83,7 @@ class CloudShot(Shot):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DebrisCloud(ImpactSetUp):
+class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
     """Parameters of a debris cloud."""
 
     experienced = MappingProxyType({"tip_velocity_percent": "tip_velocity_percent"})
@@ -124,24 +117,23 @@ class DebrisCloud(ImpactSetUp):
 
         return view(setting, snapshot)
 
-    def rate(self, setting: Setting) -> ObservationRate:
+    def rate(self, setting: CloudSetting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
-    def sections(self, setting: Setting) -> "SectionOptions":
+    def sections(self, setting: CloudSetting) -> "SectionOptions":
         from studies.films.radiograph import PIXELS
         from studies.films.section import SectionOptions
 
-        assert isinstance(setting, CloudSetting)
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(
             moments=moments,
-            reach=REACH * setting.projectile_diameter,
-            pixel=setting.projectile_diameter / PIXELS,
+            reach=REACH * self.shot.projectile_diameter,
+            pixel=self.shot.projectile_diameter / PIXELS,
             whole=2.0 * math.pi / setting.sector,
         )
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         return outline(values, thickness="plate_thickness", radius="plate_radius")
 
 

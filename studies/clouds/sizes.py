@@ -31,8 +31,8 @@ def fragment_sizes_of(source: Source) -> Part | None:
     cells = np.full(len(place), source.dataset[RESOLUTION][-1]) if is_refined else by_run(points, RESOLUTION).ravel()
     grady = (by_run(points, "fragment_size_grady") / by_run(points, "projectile_diameter")).ravel()
     sizes = [
-        SmallestSizes(at, 1.0 / float(each), finite(float(size)))
-        for at, each, size in zip(place, cells, grady, strict=True)
+        SmallestSizes(at, 1.0 / float(cells_across), finite(float(size)))
+        for at, cells_across, size in zip(place, cells, grady, strict=True)
     ]
     panels = tuple(_panel(points, number, sizes[number]) for number in spread(range(len(place)), MOST_PANELS))
     if not any(panel.series for panel in panels):

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NoReturn
+from typing import Literal, NoReturn
 
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.numerical_defaults import SchemeName
@@ -11,6 +11,7 @@ from studies.quantities.numerical_defaults import SchemeName
 MOST_PARTICLES = 20_000_000
 MOST_NODES = 50_000_000
 Vector = tuple[float, float, float]
+Units = Literal["mm-g-ms", "SI"]
 ParticleRow = tuple[int, float, float, float, float]  # number in the deck, x, y, z (m) and mass (kg, 0: by ``ppc``)
 
 
@@ -74,7 +75,7 @@ class Deck:
     """A deck as it was understood; SI."""
 
     title: str
-    units: str
+    units: Units
     lower: Vector  # m
     cells: tuple[int, int, int]
     cell: float  # m

@@ -1,9 +1,9 @@
 """Tables of the decks of MPM3D: units, kinds of materials, equations of state, what is refused."""
 
 from collections.abc import Mapping
-from typing import Literal, get_args
+from typing import Literal
 
-from studies.decks.deck import MOST_NODES, MOST_PARTICLES
+from studies.decks.deck import MOST_NODES, MOST_PARTICLES, Units
 
 DeckQuantity = Literal[
     "length",
@@ -20,23 +20,15 @@ DeckQuantity = Literal[
     "acceleration",
 ]
 
-# Powers of ten to SI. N = g mm / ms^2 and MPa = N / mm^2 go with mm, g, ms; energies per volume are stresses.
-SHIFTS: Mapping[str, Mapping[DeckQuantity, int]] = {
+# Powers of ten to SI, where they are not 0. N = g mm / ms^2 and MPa = N / mm^2 go with mm, g, ms; energies per volume
+# are stresses.
+SHIFTS: Mapping[Units, Mapping[DeckQuantity, int]] = {
     "mm-g-ms": {
-        "length": -3,
-        "time": -3,
-        "mass": -3,
-        "velocity": 0,
-        "density": 6,
-        "stress": 6,
-        "rate": 3,
-        "number": 0,
-        "heat capacity": 0,
-        "temperature": 0,
-        "viscosity": 3,
-        "acceleration": 3,
+        **dict.fromkeys(("length", "time", "mass"), -3),
+        **dict.fromkeys(("rate", "viscosity", "acceleration"), 3),
+        **dict.fromkeys(("density", "stress"), 6),
     },
-    "SI": dict.fromkeys(get_args(DeckQuantity), 0),
+    "SI": {},
 }
 
 MaterialForm = Mapping[str, DeckQuantity]

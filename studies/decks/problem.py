@@ -1,10 +1,10 @@
 """Decks of MPM3D as problems of the solver: matter, bodies, grid, faces."""
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
-from studies.decks.deck import Deck, DeckBody, DeckMaterial, Lattice
+from studies.decks.deck import Deck, DeckBody, DeckMaterial
+from studies.scenarios.parts.lattice import points
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,12 +59,10 @@ def particles_per_cell(deck: Deck) -> int:
     return min(max(1, round(deck.cell / step)), 6)
 
 
-def problem_of(
-    deck: Deck, numerics: Mapping[str, Any], *, tension: str, contact: bool, end_time: float, refinement: int
-) -> "Problem":
-    """The problem of a deck, with the numerics of a run: all other arguments of ``Problem``.
+def problem_of(deck: Deck, *, tension: str, contact: bool, end_time: float, refinement: int) -> "Problem":
+    """The problem of a deck, with the default numerics.
 
-    A refined cell has the particles of a cell of the deck, each a part of that whose place it shares.
+    A refined cell has as many particles as a cell of the deck, each a part of one of the deck's.
     """
     from solver.problem import Face, Problem
     from solver.problem.geometry import Cartesian3D, grid
@@ -81,7 +79,6 @@ def problem_of(
         faces=((faces[0], faces[1]), (faces[2], faces[3]), (faces[4], faces[5])),
         end_time=end_time,
         gravity=deck.gravity,
-        **numerics,
     )
 
 
@@ -110,7 +107,7 @@ def matter_of(material: DeckMaterial, tension: str) -> "Matter":
     )
 
 
-def _eos(material: DeckMaterial, room: float) -> Any:
+def _eos(material: DeckMaterial, room: float) -> NamedTuple:
     from solver.matter.eos.jwl import JonesWilkinsLee
     from solver.matter.eos.linear_elastic import LinearElastic
     from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
@@ -126,11 +123,12 @@ def _eos(material: DeckMaterial, room: float) -> Any:
         named = dict(zip(("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0"), numbers, strict=True))
         return Polynomial(**common, **named)
     if material.eos == "gruneisen":
-        return mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
+        eos: NamedTuple = mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
+        return eos
     return LinearElastic(bulk_modulus=bulk_modulus(material), **common)
 
 
-def _strength(material: DeckMaterial) -> Any:
+def _strength(material: DeckMaterial) -> NamedTuple:
     from solver.matter.strength.drucker_prager import DruckerPrager
     from solver.matter.strength.elastic import Elastic
     from solver.matter.strength.johnson_cook import JohnsonCook
@@ -192,32 +190,27 @@ def _bodies(deck: Deck, tension: str, contact: bool, refinement: int) -> "list[B
     from solver.problem import Body
 
     velocities = _velocities(deck)
-    groups: dict[Any, list[int]] = {}
+    groups: dict[int, list[int]] = {}
     for index, body in enumerate(deck.bodies):
         groups.setdefault(body.component if contact else index, []).append(index)
     made = []
     for key, group in groups.items():
         own = [deck.bodies[index] for index in group]
         material = deck.materials[own[0].material]
-        matter = matter_of(material, tension)
         spacing = _spacing(deck, own[0])
-        places = [_parted(_places(body), _spacing(deck, body), refinement) for body in own]
-        position = np.concatenate(places)
-        parts = refinement**3
-        lit = None
-        if material.kind == "hiex":
-            lit = lighting_times(position, material.values["D"], points=deck.detonations)
+        position = np.concatenate([_parted(_places(body), _spacing(deck, body), refinement) for body in own])
+        parts, burns = refinement**3, material.kind == "hiex"
         made.append(
             Body(
                 name=f"component_{key}" if contact else f"body_{key + 1}",
-                matter=matter,
+                matter=matter_of(material, tension),
                 position=position,
                 velocity=np.repeat(np.concatenate([velocities[index] for index in group]), parts, axis=0),
                 mass=np.repeat(np.concatenate([_masses(deck, body) for body in own]), parts) / parts,
                 density=material.values["density"],
                 spacing=(spacing / refinement,) * 3,
                 energy=_energy(material),
-                lighting=lit,
+                lighting=lighting_times(position, material.values["D"], points=deck.detonations) if burns else None,
             )
         )
     return made
@@ -264,27 +257,20 @@ def _places(body: DeckBody) -> "np.ndarray":
     """(n, 3) of the particles, m."""
     import numpy as np
 
-    if body.lattice is None:
-        return np.array([row[1:4] for row in body.rows])
     lattice = body.lattice
-    lines = _lines(lattice)
-    grid = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+    if lattice is None:
+        return np.array([row[1:4] for row in body.rows])
+    n, is_disc = lattice.counts[0], lattice.shape == "cicl"
+    if lattice.shape in ("bloc", "blod"):
+        lines = [np.arange(count) + 0.5 for count in lattice.counts]
+    else:
+        across = np.arange(-n, n) + 0.5
+        lines = [across, across, np.array([0.5]) if is_disc else across]
+    grid = points(*lines)  # from the origin, in spacings
     places: np.ndarray = np.asarray(lattice.origin) + lattice.spacing * grid
     if lattice.shape == "blod":
         away = (places[:, :2] - np.asarray(lattice.hole[:2])) ** 2
         return places[away[:, 0] + away[:, 1] >= lattice.hole[2] * lattice.hole[2]]
     if lattice.shape == "bloc":
         return places
-    axes = 2 if lattice.shape == "cicl" else 3
-    return places[(grid[:, :axes] ** 2).sum(axis=1) < lattice.counts[0] ** 2]
-
-
-def _lines(lattice: Lattice) -> "list[np.ndarray]":
-    """Places along each axis from the origin, in spacings."""
-    import numpy as np
-
-    if lattice.shape in ("bloc", "blod"):
-        return [np.arange(count) + 0.5 for count in lattice.counts]
-    n = lattice.counts[0]
-    across = np.arange(-n, n) + 0.5
-    return [across, across, np.array([0.5]) if lattice.shape == "cicl" else across]
+    return places[(grid[:, : 2 if is_disc else 3] ** 2).sum(axis=1) < n**2]

@@ -28,7 +28,7 @@ Sizes are compared with limits before anything of that size is made: a deck is a
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import NoReturn
@@ -44,10 +44,10 @@ from studies.decks.deck import (
     DeckVelocity,
     Lattice,
     ParticleRow,
+    Units,
     refuse_line,
 )
 from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
-from studies.decks.programs import check_program
 from studies.decks.words import INTEGER, SEPARATORS, DeckWord, Words
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure
 from studies.quantities.texts import decoded
@@ -56,6 +56,23 @@ MOST_BYTES = 2_000_000
 BEGINNING = 65_536  # bytes of a larger file that tell what it is
 UNREAD = "\ufffd"  # in the place of a byte that is no text
 DENSITY_OR_MASS = 0.01  # relative: what a block's third number must agree with
+# What is looked at for the words of another program: lines, without empty ones, and characters of a line.
+MOST_LINES, LONGEST_LINE = 100, 200
+# Input files of other programs, by what begins a line of theirs and of no deck of MPM3D. Abaqus after LS-DYNA, which
+# has keywords of its own.
+SIGNATURES: Mapping[str, str] = {
+    "an LS-DYNA keyword file": r"\*(KEYWORD\b|(PART|SECTION|MAT|CONTROL|ELEMENT|DATABASE|EOS|INITIAL)_[A-Z_]+)",
+    "an Abaqus input file": r"\*(HEADING|NODE|ELEMENT|PART|MATERIAL|STEP|ASSEMBLY|INCLUDE|PREPRINT)\b(,|\s*$)",
+    "an input file of CTH": r"\*eor\*",
+    "a Nastran bulk data file": r"(BEGIN +BULK|SOL +\d+|CEND)\b",
+    "a Radioss starter file": r"#RADIOSS\b|/BEGIN\b",
+    "an Ansys input file": r"/(PREP7|BATCH|COM\b|FILNAME)",
+    "an input file of Autodyn": r"\W*AUTODYN\b",
+    "an input file of LAMMPS": r"(atom_style|pair_style|units +(lj|real|metal|si|cgs))\b",
+    "an input file of iSALE": r"#ISINP\b",
+    "a mesh of Gmsh": r"\$MeshFormat",
+    "a VTK file": r"# vtk DataFile|<VTKFile",
+}
 
 
 def read_file_text(content: bytes) -> str:
@@ -75,19 +92,31 @@ def read_file_text(content: bytes) -> str:
         return text
 
 
+def check_program(text: str) -> None:
+    """Raise InvalidInput for the beginning of a file of another program, named."""
+    lines = [line.strip()[:LONGEST_LINE] for line in text[: MOST_LINES * LONGEST_LINE].splitlines()]
+    for line in [line for line in lines if line][:MOST_LINES]:
+        if line.lower().startswith("mpm3"):
+            return
+        for program, signature in SIGNATURES.items():
+            if re.match(signature, line, re.IGNORECASE):
+                cure = "write the problem as a deck of MPM3D, or as a scenario: docs/decks.md"
+                raise InvalidInput([Finding("deck", program, "whipple reads decks of MPM3D", cure)])
+
+
 def read_deck(text: str, units: str = "deck") -> Deck:
     """The deck of a text, in the units that it names or in others; raises InvalidInput with line and cure."""
     if len(text) > MOST_BYTES or len(text.encode()) > MOST_BYTES:
         _refuse_size(len(text.encode()))
     check_program(text)
-    read = _read(text, _named_units(text) if units == "deck" else units)
+    read = _read(text, _named_units(text) if units == "deck" else "SI" if units == "SI" else "mm-g-ms")
     if isinstance(read, InvalidInput):
         raise InvalidInput(read.findings)
     return read
 
 
 @lru_cache(maxsize=4)
-def _read(text: str, units: str) -> Deck | InvalidInput:
+def _read(text: str, units: Units) -> Deck | InvalidInput:
     """A deck, or why it is refused: a text is read once for all that ask for it."""
     try:
         return _Reader(text, units).deck()
@@ -95,7 +124,7 @@ def _read(text: str, units: str) -> Deck | InvalidInput:
         return error.with_traceback(None)
 
 
-def _named_units(text: str) -> str:
+def _named_units(text: str) -> Units:
     """The units that a comment names."""
     for number, line in enumerate(text.splitlines(), 1):
         found = re.search(r"!\s*units?\s*[:=]\s*(.*)", line, re.IGNORECASE) if "!" in line else None
@@ -118,7 +147,7 @@ def _refuse_size(size: int) -> NoReturn:
 class _Reader(Words):
     """One deck being read."""
 
-    def __init__(self, text: str, units: str):
+    def __init__(self, text: str, units: Units):
         super().__init__(text)
         self.units = units
         self.state = DeckState()
@@ -243,7 +272,7 @@ class _Reader(Words):
         count = len(self.on_line(word.line))
         names = {(form, count): name for name, form, count in EOS_COUNTS}
         if (form, count) not in names:
-            counts = " or ".join(str(n) for _, each, n in EOS_COUNTS if each == form)
+            counts = " or ".join(str(n) for _, stated, n in EOS_COUNTS if stated == form)
             word.refuse(f"{counts} numbers of form {form}", "complete or shorten the line", f"{count} numbers")
         if number not in self.state.materials:
             word.refuse("a material that was read before", "write seos below material", f"material {number}")
@@ -289,9 +318,9 @@ class _Reader(Words):
         nx, ny, nz = counts * 3 if len(counts) == 1 else counts
         lattice = Lattice(shape.key, spacing, origin, (nx, ny, nz), hole)
         count = self._counted(lattice, row, most)
-        each = self._particle_mass(row, material, density, mass, spacing)
+        own = self._particle_mass(row, material, density, mass, spacing)
         first = self.state.read - count + 1
-        self.state.bodies.append(DeckBody(component, material, row.line, lattice, each, count=count, first=first))
+        self.state.bodies.append(DeckBody(component, material, row.line, lattice, own, count=count, first=first))
 
     def _counted(self, lattice: Lattice, row: DeckWord, most: int) -> int:
         """Particles of a lattice, after a look at how many there can be."""

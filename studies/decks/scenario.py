@@ -8,7 +8,7 @@ measured is what every problem has: energies, momentum, largest pressure, each w
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
 from studies.decks.deck import Deck
@@ -16,7 +16,7 @@ from studies.decks.problem import bulk_modulus, fixed_step, matter_of, particles
 from studies.decks.reader import MOST_BYTES, read_deck
 from studies.quantities.findings import Doubt, Finding
 from studies.quantities.numerical_defaults import RECIPES, RecipeName
-from studies.quantities.parameters import Choice, LongText
+from studies.quantities.parameters import Choice, LongText, Value
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.doubts import doubts_of_matter
@@ -63,7 +63,7 @@ class DeckNumerics(Numerics):
             viscosity_quadratic=quadratic,
             viscosity_linear=linear,
         )
-        contact: Any = self.contact
+        contact = self.contact
         if contact == "deck":
             contact = "bardenhagen" if deck.contact else "none"
         friction = self.friction
@@ -82,7 +82,7 @@ class DeckNumerics(Numerics):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeckRun(SetUp):
+class DeckRun(SetUp[Setting, "WholeView"]):
     """Parameters of a deck."""
 
     deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 2 MB of UTF-8")]
@@ -113,9 +113,8 @@ class DeckRun(SetUp):
         deck, step = self.read, None
         if self.numerics.fixed_dt is None and self.step == "deck":
             step = round_quantity(fixed_step(deck) / self.refinement)
-        units: Any = deck.units
         numerics = self.numerics.filled_for(deck, step)
-        return replace(self, units=units, end_time=round_quantity(self.end), numerics=numerics)
+        return replace(self, units=deck.units, end_time=round_quantity(self.end), numerics=numerics)
 
     def check(self, materials: Materials) -> list[Finding]:
         numerics, findings = self.numerics, self.numerics.check(self.end_time)
@@ -133,9 +132,10 @@ class DeckRun(SetUp):
         return findings
 
     @staticmethod
-    def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
+    def doubts(values: Mapping[str, Value]) -> Iterator[Doubt]:
         """What is doubtful about the metals of a deck; soils, fluids and explosives have other ranges."""
-        for number, material in read_deck(values["deck"], values.get("units") or "deck").materials.items():
+        deck = read_deck(str(values["deck"]), str(values.get("units") or "deck"))
+        for number, material in deck.materials.items():
             if "young" not in material.values or material.kind == "dpm":
                 continue
             for doubt in doubts_of_matter(matter_of(material, "unlimited"), bulk_modulus(material)):
@@ -144,13 +144,12 @@ class DeckRun(SetUp):
     def build(self, materials: Materials) -> Setting:
         problem = problem_of(
             self.read,
-            self.numerics.arguments(),
             tension=self.numerics.choices.tension,
             contact=self.numerics.contact != "none",
             end_time=self.end,
             refinement=self.refinement,
         )
-        return Setting(problem=problem, sector=2.0 * math.pi)
+        return Setting(problem=self.numerics.applied_to(problem), sector=2.0 * math.pi)
 
     def size(self, materials: Materials) -> Size:
         deck, fine = self.read, self.refinement

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.measurements import Measurement, Reading
+from studies.measurements import Measurement, Reading, View
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
 
 
 @dataclass(frozen=True)
-class WholeView:
+class WholeView(View):
     """Living particles; SI."""
 
     mass: np.ndarray  # (n,) kg
@@ -67,9 +67,7 @@ MEASUREMENT = (
         "internal energy of the particles on the grid, the chemical energy of explosives included",
         lambda view: (view.mass * view.energy).sum(),
     ),
-    _momentum(0),
-    _momentum(1),
-    _momentum(2),
+    *map(_momentum, range(3)),
     _sum(
         "largest_pressure",
         "Largest pressure",

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NoReturn
 
-from studies.decks.deck import Vector, refuse_line
+from studies.decks.deck import Units, Vector, refuse_line
 from studies.decks.macros import SHIFTS, DeckQuantity
 from studies.quantities.findings import nearest_cure
 
@@ -36,17 +36,16 @@ class DeckWord:
 class Words:
     """The words of a deck, read one after another."""
 
-    units: str
+    units: Units
 
     def __init__(self, text: str):
         self.lines = text.splitlines()
-        self.words = [
-            DeckWord(word, number)
-            for number, line in enumerate(self.lines, 1)
-            for word in SEPARATORS.split(_checked(line, number).partition("!")[0])
-            if word
-        ]
+        self.words: list[DeckWord] = []
         self.at = 0
+        for number, line in enumerate(self.lines, 1):
+            if control := CONTROL.search(line):
+                refuse_line(number, f"control character {ord(control[0]):#04x}", "printable text", "remove it")
+            self.words += [DeckWord(word, number) for word in SEPARATORS.split(line.partition("!")[0]) if word]
 
     def next(self, expected: str) -> DeckWord:
         """The next word of the deck."""
@@ -86,7 +85,7 @@ class Words:
         match = NUMBER.fullmatch(word.text)
         value = math.inf
         if match:
-            power = int(match[2] or 0) + SHIFTS[self.units][kind]
+            power = int(match[2] or 0) + SHIFTS[self.units].get(kind, 0)
             value = float(f"{match[1]}e{power}")
         if not math.isfinite(value):
             word.refuse(f"a number, {name or kind}", "correct it")
@@ -107,9 +106,3 @@ class Words:
         if not low <= value <= high:
             word.refuse(f"{name}, a whole number from {low} to {high}", "correct it")
         return value
-
-
-def _checked(line: str, number: int) -> str:
-    if control := CONTROL.search(line):
-        refuse_line(number, f"control character {ord(control[0]):#04x}", "printable text", "remove it")
-    return line

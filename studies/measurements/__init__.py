@@ -1,10 +1,10 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
-a shield (``shield``) and its wall (``wall``), a bar (``bar``), two plates (``plates``); features offer theirs through
-entry points. ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
-or a quarter in three dimensions; holes, craters and debris have theirs in the folder ``impact``, which offers no
-measurement. Arrays over bins are ``distributions``.
+a bar (``bar``), two plates (``plates``); features offer theirs through entry points. ``view`` of a family makes its
+view of a snapshot, which hides whether the model was a body of revolution or a quarter in three dimensions; it imports
+the solver, which compiles for seconds, only then. Holes, craters and debris have theirs in the folder ``impact``, which
+offers no measurement. Arrays over bins are ``distributions``.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
@@ -17,7 +17,7 @@ uncertainty included: a stored state is then read again, not solved again.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Required, TypedDict, Unpack
 
 from solver.registry import entries
 from studies.quantities.measured import ERROR_UNKNOWN, numerical_parts
@@ -30,8 +30,12 @@ if TYPE_CHECKING:
 RESOLUTION_IN_CELLS = 1.0
 
 
-class OnGrid:
-    """What every view of a state on a grid has."""
+class View:
+    """A state as the measurements of a family see it."""
+
+
+class OnGrid(View):
+    """A view whose lengths are known to a cell."""
 
     cell: float  # m
 
@@ -71,8 +75,8 @@ class Measurement:
     title: str
     unit: str
     meaning: str
-    # The reading of a view, or of the History of the measurements that it follows; raises NoValue.
-    definition: Callable[[Any], Reading]
+    # The reading of a view of its family, or of the History of the measurements that it follows; raises NoValue.
+    definition: Callable[..., Reading]
     version: int = 1
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged ``WIDE_BAR``
@@ -81,7 +85,7 @@ class Measurement:
     # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
     outcomes: tuple[str, ...] = ()
 
-    def read(self, state: Any) -> Reading:
+    def read(self, state: View | History) -> Reading:
         """The reading of a view, or of a history."""
         try:
             return self.definition(state)
@@ -98,17 +102,29 @@ class Measurement:
         return bool(value is not None and uncertainty and uncertainty > self.widest * abs(value))
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
-        """Uncertainty of a value by its parts, and the flag of a value of which none of them tells any.
+        """Uncertainty of a value by its parts, None where they tell none, and then the flag that says so.
 
-        Never 0: the mesh decides every number but the 1 or 0 of an outcome, which has no uncertainty.
+        It is never 0: the mesh decides every number but the 1 or 0 of an outcome, which has no uncertainty.
         """
         size = math.hypot(*numerical_parts(parts).values())
         is_flagged = size > 0.0 or self.is_outcome or self.mesh_determined
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)
 
 
-def measurement(**fields: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
-    """Make a function that reads a view, or a history, the measurement of its name; the other fields are given."""
+class Fields(TypedDict, total=False):
+    """The fields of a measurement besides its name and definition."""
+
+    title: Required[str]
+    unit: Required[str]
+    meaning: Required[str]
+    version: int
+    follows: tuple[str, ...]
+    widest: float
+    outcomes: tuple[str, ...]
+
+
+def measurement(**fields: Unpack[Fields]) -> Callable[[Callable[..., Reading]], Measurement]:
+    """Make a function that reads a view, or a history, the measurement of its name with these fields."""
     return lambda definition: Measurement(name=definition.__name__, definition=definition, **fields)
 
 

@@ -12,12 +12,17 @@ radius; a slanted row of a lattice cylinder ends on a step.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, NoValue, OnGrid, Reading, measurement
+from studies.measurements._settings import BarSetting, References
 from studies.quantities.measured import LOST_PARTICLES
+
+if TYPE_CHECKING:
+    from solver.problem import Body
+    from solver.state import Particles, Snapshot
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
 
@@ -36,10 +41,9 @@ class BarView(OnGrid):
     width: float  # of a particle across, initially, m
     cell: float  # m
     length: float  # initial, m
-    diameter: float  # initial, m
     speed: float  # initial, towards the wall, m/s
     is_loaded: bool  # whether more than the wall acts on it
-    references: tuple[float | None, float | None, float | None]  # length, diameter, width; m
+    references: References
 
     @property
     def share(self) -> float:
@@ -47,42 +51,39 @@ class BarView(OnGrid):
         return RESOLUTION_IN_CELLS * self.cell / self.length
 
 
-def view(setting: Any, snapshot: Any) -> BarView:
-    """The view of a snapshot (``solver.state.Snapshot``) in a ``BarSetting``."""
+def view(setting: BarSetting, snapshot: "Snapshot") -> BarView:
+    """The view of a snapshot."""
     from solver.problem.geometry import impact_axis
 
     particles = snapshot.particles
     living = np.flatnonzero(particles.alive)
-    body = setting.problem.bodies[0]
+    bodies, body = setting.problem.bodies, setting.problem.bodies[0]
     axis = impact_axis(setting.problem.geometry)
-    order = [0, 2, 1] if axis == 1 else [0, 1, 2]
     return BarView(
         place=setting.place[particles.number[living]],
-        position=_ordered(particles.position[living], order),
-        velocity=_ordered(particles.velocity[living], order),
+        position=_ordered(particles.position[living], axis),
+        velocity=_ordered(particles.velocity[living], axis),
         mass=particles.mass[living],
         strain_energy=_strain_energy(body, particles, living),
         stress=particles.deviator[living, axis] - particles.pressure[living],
-        height=np.concatenate([each.position[:, axis] for each in setting.problem.bodies])[particles.number[living]],
+        height=np.concatenate([part.position[:, axis] for part in bodies])[particles.number[living]],
         width=body.spacing[0],
         cell=setting.problem.geometry.spacing,
         length=setting.length,
-        diameter=setting.diameter,
         speed=setting.speed,
         is_loaded=bool(setting.problem.tractions) or any(setting.problem.gravity),
         references=setting.references,
     )
 
 
-def _ordered(vectors: np.ndarray, order: list[int]) -> np.ndarray:
-    """Components across, across, along the bar; the swirl of a body of revolution is none."""
-    ordered = vectors[:, order].copy()
-    if order[1] == 2:
-        ordered[:, 1] = 0.0
-    return ordered
+def _ordered(vectors: np.ndarray, axis: int) -> np.ndarray:
+    """Components across, across, along the bar; a body of revolution has no swirl."""
+    if axis == 2:
+        return vectors
+    return np.stack([vectors[:, 0], np.zeros(len(vectors)), vectors[:, 1]], axis=1)
 
 
-def _strain_energy(body: Any, particles: Any, living: np.ndarray) -> np.ndarray:
+def _strain_energy(body: "Body", particles: "Particles", living: np.ndarray) -> np.ndarray:
     """Energy of elastic strain, J/kg: that of p = K (rho / rho0 - 1) in the volume, s : s / 4 G in the shape."""
     from solver.matter.eos import reference_sound_speed
 
@@ -203,7 +204,7 @@ def width_at_fifth(view: BarView) -> Reading:
 )
 def taylor_error(view: BarView) -> Reading:
     """(|dL| / L + |dD| / D + |dW| / W) / 3, relative to the reference: that of Johnson, Ma (2005), Eq. 2-42."""
-    readings = [each.read(view) for each in (final_length, mushroom_diameter, width_at_fifth)]
+    readings = [measured.read(view) for measured in (final_length, mushroom_diameter, width_at_fifth)]
     flags = tuple(sorted({flag for reading in readings for flag in reading.flags}))
     errors, uncertainties = [], []
     for reading, reference in zip(readings, view.references, strict=True):

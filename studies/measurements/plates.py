@@ -11,12 +11,17 @@ approximation, as in the public code SPADE. No correction is made for strength.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
+from studies.measurements._settings import PlateSetting
+
+if TYPE_CHECKING:
+    from solver.state import Snapshot
 
 # Cells left out at the interface: matter that met at the touch is heated by the start of the shock.
 AT_INTERFACE = 3.0
@@ -64,8 +69,8 @@ class Profile:
     pressure: np.ndarray  # (k,) Pa, volume-weighted
 
 
-def view(setting: Any, snapshot: Any) -> PlateView:
-    """The view of a snapshot (``solver.state.Snapshot``) in a ``PlateSetting``."""
+def view(setting: PlateSetting, snapshot: "Snapshot") -> PlateView:
+    """The view of a snapshot."""
     from solver.problem.geometry import impact_axis
 
     particles = snapshot.particles
@@ -307,50 +312,48 @@ def pullback(values: np.ndarray) -> Pullback:
     return Pullback(peak, flag="ended_before" if is_early else "no_minimum")
 
 
-def _of_signal(name: str, of: str, title: str, unit: str, meaning: str, value: Any) -> Measurement:
-    def read(history: History) -> Reading:
-        signal = pullback(history.values[of])
-        got = value(signal)
-        if not math.isfinite(got):
-            raise NoValue(signal.flag)
-        return Reading(got)
+def _of_signal(name: str, title: str, meaning: str, of: Measurement, read: Callable[[Pullback], float]) -> Measurement:
+    """A number of the signal in the history of a measurement, in its unit."""
 
-    return Measurement(name=name, title=title, unit=unit, meaning=meaning, definition=read, follows=(of,))
+    def definition(history: History) -> Reading:
+        signal = pullback(history.values[of.name])
+        value = read(signal)
+        if not math.isfinite(value):
+            raise NoValue(signal.flag)
+        return Reading(value)
+
+    return Measurement(name, title, of.unit, meaning, definition, follows=(of.name,))
 
 
 SIGNALS = (
     _of_signal(
         "free_surface_peak",
-        "free_surface_velocity",
         "Peak of the free surface",
-        "m s-1",
         "largest velocity of the target's free surface before its first minimum",
+        free_surface_velocity,
         lambda signal: signal.peak,
     ),
     _of_signal(
         "free_surface_minimum",
-        "free_surface_velocity",
         "First minimum of the free surface",
-        "m s-1",
         f"lowest velocity of the target's free surface after its peak, before it has risen again by {RECOVERED:g} of "
         "that peak",
+        free_surface_velocity,
         lambda signal: signal.minimum,
     ),
     _of_signal(
         "pullback_velocity",
-        "free_surface_velocity",
         "Pull-back velocity",
-        "m s-1",
         "peak of the free surface's velocity less its first minimum",
+        free_surface_velocity,
         lambda signal: signal.peak - signal.minimum,
     ),
     _of_signal(
         "spall_strength",
-        "acoustic_stress",
         "Spall strength",
-        "Pa",
         "rho0 c0 of the target times half of the pull-back velocity: the acoustic approximation, with the bulk sound "
         "speed and without a correction for strength",
+        acoustic_stress,
         lambda signal: signal.peak - signal.minimum,
     ),
 )

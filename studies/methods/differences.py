@@ -43,7 +43,7 @@ def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[ByMethod]:
     known: dict[tuple[tuple[str, float | str], ...], tuple[float, float]] = {}
     later: list[tuple[Place, str, float, float]] = []
     for place, value, bar in zip(places_of(points), *columns, strict=True):
-        at = {axis: each for axis, each in place.items() if axis != METHOD}
+        at = {axis: where for axis, where in place.items() if axis != METHOD}
         if place[METHOD] == first:
             known[tuple(at.items())] = float(value), float(bar)
         else:

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from solver.matter.laws import Matter
     from solver.problem import Body
 
-# As wide as a spacing are the rings that particles see, two smoothing lengths; each farther one is wider by GROWTH, up
-# to the thickness of the plate: hourglass springs of elements as wide as that stiffen its bending by a fifth, and with
-# the square of the width.
+# The rings that particles see, within two smoothing lengths, are as wide as a spacing; each farther ring is wider by
+# GROWTH, up to the thickness of the plate. Hourglass springs of elements of that width stiffen its bending by a fifth;
+# this grows with the square of the width.
 EVEN, GROWTH = 3, 1.25
 
 

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
-from studies.measurements.impact.connected import connected
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.impact.edges import edge_from_outside
-from studies.measurements.impact.view import rim_of
+from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION
-from studies.scenarios.parts.impact import ImpactSetting
 
 if TYPE_CHECKING:
     from solver.problem import Mesh
@@ -60,15 +59,10 @@ class PlugView(OnGrid):
         return max(LAYER * self.thickness, self.cell)
 
     @property
-    def covered_mass(self) -> float:
-        """Mass of the plate that a projectile covers, kg."""
-        area = 0.25 * math.pi * self.projectile_diameter**2
-        return self.density * area * self.thickness
-
-    @property
     def has_plug(self) -> bool:
         """Whether a plug is free of the plate."""
-        return bool(self.mass[self.core].sum() > LEAST_PLUG * self.covered_mass)
+        area = 0.25 * math.pi * self.projectile_diameter**2
+        return bool(self.mass[self.core].sum() > LEAST_PLUG * (self.density * area * self.thickness))
 
     def ring(self) -> np.ndarray:
         """(n,) whether it is attached plate in the ring about the hole."""

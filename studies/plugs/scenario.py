@@ -8,17 +8,17 @@ revolution; what fills them with particles knows nothing else of them.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.measurements._settings import ImpactSetting
 from studies.plugs.coupled_plate import EVEN, coupled_plate, plate_size
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import RECIPES
-from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.parameters import Choice, MaterialName, Plain, flat
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
-from studies.scenarios.parts.impact import ImpactSetting
-from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, slab_clamp
+from studies.scenarios import Materials, ObservationRate, Scenario, SetUp, Size
+from studies.scenarios.parts.lattice import SECTORS, Faces, Geometry, along_flight, body, lattice, mesh, slab_clamp
 from studies.scenarios.parts.matter import (
     HUGONIOT,
     Fracture,
@@ -29,11 +29,14 @@ from studies.scenarios.parts.matter import (
     failures,
     matter,
 )
-from studies.scenarios.parts.method import REPULSION, MethodChoice, among, check_method, is_coupled, is_smoothed
+from studies.scenarios.parts.method import REPULSION, MethodChoice, among
 from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes, softens
-from studies.scenarios.parts.outline import Dimension, Outline, Shape
+from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.matter.laws import Matter
     from solver.problem import Body
     from solver.state import Snapshot
     from studies.films.section import SectionOptions
@@ -66,9 +69,9 @@ class BodyShape:
     end: float
     breadth: float  # largest distance from the line of flight, m
     is_round: bool  # a prism of square section where it is not
-    nose: str  # of its end; "blunt" without
-    nose_length: float  # m
-    speed: float  # along the flight, m/s
+    nose: str = "blunt"  # of its end
+    nose_length: float = 0.0  # m
+    speed: float = 0.0  # along the flight, m/s
 
     @property
     def volume(self) -> float:
@@ -77,7 +80,7 @@ class BodyShape:
         share = {"blunt": 1.0, "conical": 1.0 / 3.0, "hemispherical": 2.0 / 3.0}[self.nose]
         return area * (self.end - self.begin - (1.0 - share) * self.nose_length)
 
-    def radius(self, place: Any) -> Any:
+    def radius(self, place: "np.ndarray") -> "np.ndarray":
         """Radius of a round solid at places (n,) along the flight, m."""
         import numpy as np
 
@@ -123,7 +126,7 @@ class PluggingNumerics(Numerics):
         MPa at the 2.5e4 1/s of a band of four spacings, a quarter of what the plate can bear. Particles have that of a
         grid.
         """
-        smoothed = is_smoothed(method)
+        smoothed = method.is_smoothed
         chosen = replace(
             self,
             particles_per_cell=self.particles_per_cell or (1 if smoothed else 2),
@@ -146,15 +149,8 @@ class CoupledMethod(MethodChoice):
     ] = "mpm"
 
 
-@dataclass(frozen=True)
-class PluggingSetting(ImpactSetting):
-    """The plugging of a plate as its observer needs to know it."""
-
-    gap: float  # m
-
-
 @dataclass(frozen=True, kw_only=True)
-class Plugging(SetUp):
+class Plugging(SetUp[ImpactSetting, "PlugView"]):
     """Parameters of the plugging of a plate."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
@@ -243,9 +239,6 @@ class Plugging(SetUp):
             end=self.plate_thickness,
             breadth=self.radius,
             is_round=self.geometry == "axisymmetric",
-            nose="blunt",
-            nose_length=0.0,
-            speed=0.0,
         )
         return projectile, plate
 
@@ -262,7 +255,7 @@ class Plugging(SetUp):
 
     def check(self, materials: Materials) -> list[Finding]:
         return [
-            *check_method(self, ("repulsion", "none")),
+            *self.method.check(flat(self), ("repulsion", "none")),
             *self._check_shape(),
             *self.numerics.check(self.end_time, self.method),
             *self.fracture.check(materials),
@@ -281,13 +274,13 @@ class Plugging(SetUp):
             limit = f"at least the length of the nose, {nose:g} m"
             yield Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
         narrowest, limit = diameter, f"at least the projectile's diameter, {diameter:g} m"
-        if is_coupled(self.method):
+        if self.method.is_coupled:
             narrowest = SQUARE * diameter + (EVEN + 1) * self.step
             limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
         if self.radius < narrowest:
             yield Finding("plate_radius", f"{self.radius:g} m", limit, "enlarge the plate")
         repels = self.numerics.contact == "repulsion"
-        if repels and not is_smoothed(self.method):
+        if repels and not self.method.is_smoothed:
             limit = "none, bardenhagen, thesis or gap, the contacts of material points"
             yield Finding("contact", "repulsion", limit, "take another contact")
         reach = REPULSION * self.step
@@ -300,14 +293,13 @@ class Plugging(SetUp):
             limit, cure = f"at least two cells, {least:g} m", "raise the resolution (cells per diameter)"
             yield Finding("plate_thickness", f"{self.plate_thickness:g} m", limit, cure)
 
-    def build(self, materials: Materials) -> Setting:
+    def build(self, materials: Materials) -> ImpactSetting:
         from solver.problem import ArtificialViscosity, Problem
 
         geometry, faces = self._grid()
         projectile, plate = self.solids
         flying, target = self._body(projectile, materials["projectile"], geometry), materials["target"]
-        numerics = self.numerics.arguments(self.method)
-        if is_coupled(self.method):
+        if self.method.is_coupled:
             elements, particles = coupled_plate(
                 plate.role,
                 self._matter(target),
@@ -317,34 +309,31 @@ class Plugging(SetUp):
                 **self._square(),
             )
             bodies: tuple[Body, ...] = (elements, flying, particles)
-            # Elements beside particles have the viscosity of the recipe, that of a grid.
-            recipe = RECIPES[self.numerics.recipe]
-            numerics["viscosity"] = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
         else:
             bodies = (flying, self._body(plate, target, geometry))
-        return PluggingSetting(
-            problem=Problem(
-                geometry=geometry,
-                bodies=bodies,
-                faces=faces,
-                clamp=slab_clamp(self.geometry, self.plate_thickness, self.cell),
-                end_time=self.end,
-                **numerics,
-            ),
+        clamp = slab_clamp(self.geometry, self.plate_thickness, self.cell)
+        problem = Problem(geometry=geometry, bodies=bodies, faces=faces, clamp=clamp, end_time=self.end)
+        problem = self.numerics.applied_to(problem, self.method)
+        if self.method.is_coupled:
+            # Elements beside particles have the viscosity of the recipe, that of a grid.
+            recipe = RECIPES[self.numerics.recipe]
+            viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
+            problem = replace(problem, viscosity=viscosity)
+        return ImpactSetting(
+            problem=problem,
             sector=SECTORS[self.geometry],
             target="target",
             projectile_diameter=self.projectile_diameter,
             thickness=self.plate_thickness,
             radius=self.radius,
             speed=self.speed,
-            gap=self.gap,
         )
 
     def _square(self) -> dict[str, float]:
         """Half widths of the particles of a coupled plate and of the plate, and their spacing, m."""
         return {"square": SQUARE * self.projectile_diameter, "width": self.radius, "step": self.step}
 
-    def _grid(self) -> tuple[Any, tuple[Any, ...]]:
+    def _grid(self) -> tuple[Geometry, Faces]:
         from solver.problem import Face
 
         projectile, plate = self.solids
@@ -361,7 +350,7 @@ class Plugging(SetUp):
             flight=(Face.FREE, Face.FREE),
         )
 
-    def _body(self, solid: BodyShape, material: "Material", geometry: Any) -> "Body":
+    def _body(self, solid: BodyShape, material: "Material", geometry: Geometry) -> "Body":
         """A solid filled with the particles of the material point method."""
         where = lattice(self.geometry, breadth=solid.breadth, begin=solid.begin, end=solid.end, step=self.step)
         if solid.is_round:
@@ -376,19 +365,18 @@ class Plugging(SetUp):
             volume=solid.volume * SECTORS[self.geometry] / (2.0 * math.pi),
         )
 
-    def _matter(self, material: "Material") -> Any:
+    def _matter(self, material: "Material") -> "Matter":
         return matter(
             material,
             thermal_softening=self.thermal_softening,
             tension=self.numerics.choices.tension,
-            failure=self.fracture.of(material),
-            rubble_friction=self.fracture.rubble_friction,
+            fracture=self.fracture,
         )
 
     def size(self, materials: Materials) -> Size:
         if self.geometry == "axisymmetric":
             particles = sum(solid.breadth * (solid.end - solid.begin) for solid in self.solids) / self.step**2
-        elif is_coupled(self.method):
+        elif self.method.is_coupled:
             particles = self.solids[0].volume / 4.0 / self.step**3
             particles += plate_size(thickness=self.plate_thickness, **self._square())
         else:
@@ -401,29 +389,29 @@ class Plugging(SetUp):
         return {"cells_per_diameter": self.cells_per_diameter, "cells_per_thickness": self.plate_thickness / self.cell}
 
     @staticmethod
-    def view(setting: PluggingSetting, snapshot: "Snapshot") -> "PlugView":
+    def view(setting: ImpactSetting, snapshot: "Snapshot") -> "PlugView":
         from studies.plugs.plug import view
 
         return view(setting, snapshot)
 
-    def rate(self, setting: Setting) -> ObservationRate:
+    def rate(self, setting: ImpactSetting) -> ObservationRate:
         interval = OBSERVED * self.cell / self.speed
         return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
 
-    def sections(self, setting: Any) -> "SectionOptions":
+    def sections(self, setting: ImpactSetting) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * self.projectile_diameter)
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         """Projectile and plate at the start; the nose is drawn blunt."""
-        diameter, length = values.get("projectile_diameter"), values.get("projectile_length")
-        thickness, rim = values.get("plate_thickness"), values.get("plate_radius")
+        names = ("projectile_diameter", "projectile_length", "plate_thickness", "plate_radius", "gap")
+        diameter, length, thickness, rim, gap = (number(values, name) for name in names)
         if not diameter or not length or not thickness or not rim:
             return None
-        half, gap = 0.5 * diameter, values.get("gap") or 0.0
+        half = 0.5 * diameter
         projectile = Shape("projectile", -half, half, -length - gap, -gap, heading=(0.0, 1.0))
         return Outline(
             (projectile, Shape("target", -rim, rim, 0.0, thickness)),

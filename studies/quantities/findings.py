@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import ParamSpec, TypeVar
 
 from solver.errors import WhippleError
+from solver.registry import entries
 
 Arguments = ParamSpec("Arguments")
 Accepted = TypeVar("Accepted")
@@ -130,15 +131,19 @@ SYNONYMS: Mapping[str, str] = {
     "w": "tungsten",
     "wolfram": "tungsten",
 }
-# Whole names that people write for one of a shield.
-RENAMED: Mapping[str, str] = {
-    **dict.fromkeys(("target", "inner_bumper"), "bumper"),
-    **{"plate_thickness": "bumper_thickness", "inner_thickness": "bumper_2_thickness"},
-    **{"inner_stand_off": "bumper_2_stand_off", "projectile_material": "projectile", "bumper_material": "bumper"},
-    **dict.fromkeys(("rear_wall", "back_wall", "wall_material"), "wall"),
-    **dict.fromkeys(("rear_wall_thickness", "back_wall_thickness"), "wall_thickness"),
-    **dict.fromkeys(("standoff", "spacing", "gap"), "stand_off"),
-}
+
+
+@dataclass(frozen=True)
+class Renamed:
+    """Whole names that people write for one of a feature's parameters.
+
+    A feature adds its own through the entry-point group ``whipple.studies.quantities.findings``.
+    """
+
+    name: str  # of the feature
+    meant: Mapping[str, str]
+
+
 MOST_SUGGESTED = 3  # names in one cure that are near
 MOST_LISTED = 5  # names in one cure
 MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
@@ -167,19 +172,24 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     "did you mean 'al-1100-o' or 'al-6061-t6'?"
     >>> nearest_cure("high", ["draft", "standard", "fine"])
     "did you mean 'fine'?"
-    >>> nearest_cure("rear_wall", ["bumper", "wall", "wall_thickness"])
-    'write wall, not rear_wall'
     >>> nearest_cure("x", ["speed", "target"]), nearest_cure("x", "abcdefg")
     ('use one of: speed, target', 'use one of: a, b, c, d, e and 2 more')
     """
     names = sorted(allowed)
-    if isinstance(value, str) and RENAMED.get(value) in names:
-        return f"write {RENAMED[value]}, not {value}"
+    if meant := _renamed(value, names):
+        return f"write {meant}, not {value}"
     if close := nearest(value, names):
         first, last = ", ".join(map(repr, close[:-1])), repr(close[-1])
         return f"did you mean {first + ' or ' if first else ''}{last}?"
     more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
     return "use one of: " + ", ".join(names[:MOST_LISTED]) + more if names else "leave it out"
+
+
+def _renamed(value: object, names: Collection[str]) -> str | None:
+    """The one of the names that is called differently; None of a value that is no other name for one."""
+    renamed: Collection[Renamed] = entries(__name__, "RENAMED").values()
+    meant = (feature.meant.get(value) for feature in renamed) if isinstance(value, str) else ()
+    return next((name for name in meant if name in names), None)
 
 
 def unknown_keys(mapping: Iterable[object], known: Collection[str], field: str, limit: str) -> Iterator[Finding]:

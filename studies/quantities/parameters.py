@@ -12,12 +12,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import MISSING, dataclass
 from datetime import date
 from functools import cache
-from itertools import zip_longest
+from itertools import chain, zip_longest
 from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
-from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, unknown_keys
 from studies.quantities.units import (
     Bounds,
     a_quantity,
@@ -62,17 +62,23 @@ class Choice:
 class Places:
     """Marks a tuple of records by the names of their places, such as "bumper_2".
 
-    At the door a field has the name of its place before its own ("bumper_2_thickness"), and ``head`` that name alone;
-    "{place}" in its meaning is filled in.
+    At the door the name of its place stands before that of a field, or for the ``head`` with which that begins
+    ("bumper_2_thickness" for "bumper_thickness"); "{place}" in its meaning is filled in. A document may have them as a
+    list, too (``by_place``).
     """
 
     names: tuple[str, ...]
     head: str
+    key: str  # of the list
+    example: str  # an element of it
 
     def door(self, record: type) -> Iterator[tuple[str, dict[str, str]]]:
         """The name of each place, and at the door those of the fields there."""
         for place in self.names:
-            yield place, {name: place if name == self.head else f"{place}_{name}" for name in declared(record)}
+            yield place, {name: self._at(place, name) for name in declared(record)}
+
+    def _at(self, place: str, name: str) -> str:
+        return place if name == self.head else f"{place}_{name.removeprefix(f'{self.head}_')}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +189,44 @@ def _listed(places: Places, record: type[Record], values: dict[str, Any]) -> tup
     ]
     count = max((number for number, own in enumerate(given, 1) if own), default=0)
     return tuple(record(**own) for own in given[:count])
+
+
+@cache
+def lists_of(record: type) -> Mapping[str, tuple[Places, type]]:
+    """The lists of records of a record, and of those inside it, by their key in a document."""
+    inside = (lists_of(part).items() for part in _parts(record).values())
+    own = ((places.key, (places, part)) for places, part in _lists(record).values())
+    return dict(chain(own, *inside))
+
+
+def by_place(values: Mapping[str, Plain], path: str, *records: type) -> dict[str, Plain]:
+    """Values of parameters, with those of each list of the records in their places; raises InvalidInput.
+
+    A list that stands at a dotted path has the words of the fields of its record.
+    """
+    placed = dict(values)
+    for key, (places, part) in {key: found for record in records for key, found in lists_of(record).items()}.items():
+        if key in placed:
+            for name, value, field in _in_places(placed.pop(key), join(path, key), places, part):
+                if name in placed:
+                    raise refusal(field, value, "each value once", f"remove {name}")
+                placed[name] = value
+    return placed
+
+
+def _in_places(elements: Plain, field: str, places: Places, part: type) -> Iterator[tuple[str, Plain, str]]:
+    """The name at the door of each value in a list, the value, and its path in the document."""
+    limit = f"a list of at most {len(places.names)} {places.head}s, each with {', '.join(declared(part))}"
+    if isinstance(elements, str) or not isinstance(elements, Sequence) or len(elements) > len(places.names):
+        raise refusal(field, elements, limit, f"write [{places.example}]")
+    for number, ((_, names), element) in enumerate(zip(places.door(part), elements, strict=False)):
+        path = f"{field}[{number}]"
+        if not isinstance(element, Mapping):
+            raise refusal(path, element, limit, f"write {places.example}")
+        if findings := [*unknown_keys(element, names, path, f"a word of a {places.head}")]:
+            raise InvalidInput(findings)
+        for word, value in element.items():
+            yield names[word], value, f"{path}.{word}"
 
 
 def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si: bool = False) -> dict[str, Value]:

@@ -53,12 +53,12 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
         return result
     renewed = dict(result.measurements)
     read = [measurement for measurement in chosen if not measurement.follows]
-    view = _view_of(run, result, state) if read else None
-    for measurement in chosen:
-        if measurement.follows:
-            renewed[measurement.name] = _kept(measurement, result)
-        else:
-            renewed[measurement.name] = _from_state(run, measurement, measurement.read(view), result)
+    renewed |= {m.name: _kept(m, result) for m in chosen if m.follows}
+    if read:
+        view = _view_of(run, result, state)
+        renewed |= {
+            measurement.name: _from_state(run, measurement, measurement.read(view), result) for measurement in read
+        }
     # Names as the scenario has them, then those that it no longer has.
     order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
     renewed_result = replace(

@@ -2,32 +2,32 @@
 
 How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``. Its parameters are a ``SetUp``, a frozen
 dataclass: annotations give units, meaning and bounds (``Described``), and so the API, the checks at the door, the cube
-and the documentation follow; what several scenarios have in common is a record of ``parts/``, and a field of its
-own. Nothing here is heavy to import: ``build`` alone reaches for the solver, in the process that runs it. The contract
-tests build it at its corners, weigh its bodies and audit ten steps; give it small parameters there.
+and the documentation follow. Parameters that several scenarios share are a record of ``parts/``, which each of them
+holds in a field. Nothing here is heavy to import: NumPy and the solver, which compiles for seconds, are imported by the
+functions that build a problem, in the process that runs it. The contract tests build it at its corners, weigh its
+bodies and audit ten steps; give it small parameters there.
 """
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Generic, Self, TypeVar
 
 from solver.registry import entries
 from studies.convergence.experience import MeshGrid
+from studies.measurements._settings import Setting
 from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
-from studies.quantities.parameters import declared, describe, flat, nested
+from studies.quantities.parameters import Plain, Value, declared, describe, flat, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
-    from solver.problem import Problem
     from solver.simulation import Outcome
     from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
 
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
-
 
 ROUND_OFF = 1e-9  # relative: a default that follows from a rounded parameter differs by less
 OBSERVATIONS_PER_WINDOW = 5  # observations in the time over which growth is judged
@@ -39,16 +39,6 @@ class Size:
 
     particles: int
     steps: int
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A problem; each family of scenarios adds what its view of a state needs to know."""
-
-    problem: "Problem"
-    sector: float  # angle that the model covers about its axis, rad; 1 in axisymmetry, where all is per radian
-    # The measurements whose growth this stage waits for; None: all that the scenario names.
-    settles: tuple[str, ...] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -66,10 +56,14 @@ class ObservationRate:
         return ObservationRate(window / OBSERVATIONS_PER_WINDOW, window, growth, early=stop == "settled")
 
 
-class SetUp(ABC):
-    """Parameters of a scenario, which say what follows from them; all but ``filled`` is asked of filled ones."""
+StageSetting = TypeVar("StageSetting", bound=Setting)
+View = TypeVar("View")
 
-    # Each measurement whose mesh error experience may tell, with the quantity of the ensemble that tells it.
+
+class SetUp(ABC, Generic[StageSetting, View]):
+    """Parameters of a scenario, and what follows from them; every method but ``filled`` needs filled parameters."""
+
+    # The measurements whose mesh error is known from experience, each with the quantity of the ensemble.
     experienced: ClassVar[Mapping[str, str]] = {}
 
     @abstractmethod
@@ -84,13 +78,13 @@ class SetUp(ABC):
         """Findings of several parameters together."""
 
     @staticmethod
-    def lacking(values: Mapping[str, Any]) -> Collection[str]:
-        """The parameters that name the material of a body which runs with these values by name do not have."""
+    def lacking(values: Mapping[str, Value]) -> Collection[str]:
+        """The parameters that name the material of a body that a run with these values does not have."""
         return ()
 
     @staticmethod
-    def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
-        """What is doubtful about constants in a text among values by name, such as a deck."""
+    def doubts(values: Mapping[str, Value]) -> Iterator[Doubt]:
+        """The doubts about constants in a text among the values, such as a deck."""
         yield from ()
 
     @abstractmethod
@@ -106,17 +100,17 @@ class SetUp(ABC):
         """Cells across the diameter and through the thickness."""
 
     @abstractmethod
-    def rate(self, setting: Any) -> ObservationRate:
+    def rate(self, setting: StageSetting) -> ObservationRate:
         """How often the built problem is observed."""
 
     @staticmethod
     @abstractmethod
-    def view(setting: Any, snapshot: "Snapshot") -> Any:
+    def view(setting: StageSetting, snapshot: "Snapshot") -> View:
         """A state as the measurements see it; the module that makes it loads the solver."""
 
     @staticmethod
-    def numbers(view: Any) -> dict[str, float]:
-        """What a last view says of its run."""
+    def numbers(view: View) -> dict[str, float]:
+        """Numbers of a run that its last view tells."""
         return {}
 
     @property
@@ -124,41 +118,41 @@ class SetUp(ABC):
         """Problems that are computed one after another."""
         return 1
 
-    def next_stage(self, setting: Any, outcome: "Outcome", materials: Materials) -> Setting | None:
-        """The problem that goes on from the end of another, None after the last one.
+    def next_stage(self, setting: StageSetting, outcome: "Outcome", materials: Materials) -> StageSetting | None:
+        """The problem that follows the outcome of a stage; None after the last stage.
 
-        It follows from its arguments alone, bit for bit, so that a run can go on from a stored outcome.
+        The same arguments give the same bits, so that a run can go on from a stored outcome.
         """
         return None
 
-    def sections(self, setting: Any) -> "SectionOptions":
+    def sections(self, setting: StageSetting) -> "SectionOptions":
         """The times at which sections are kept, beside the end."""
         from studies.films.section import SectionOptions
 
         return SectionOptions()
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
-        """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
+        """Parts of the relative uncertainty of a measurement that follow from the parameters alone."""
         return {}
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
-        """The grid as the mesh error of each measurement depends on it, of those of which experience may tell it."""
+        """The grid that the mesh error of a measurement depends on, for those of which it is known from experience."""
         return {}
 
     def has_defaults(self, materials: Materials, but_for: Collection[str]) -> bool:
-        """Whether all parameters but some have the value that they have where they are left out."""
+        """Whether all parameters, but for some, have the values that they get where they are left out."""
         values = flat(self)
         given = {name: values[name] for name in but_for if name in values}
         filled = flat(nested(type(self), given).filled(materials))
         return all(_is_same(value, filled[name]) for name, value in values.items())
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
-        """The set-up before a run, of some parameters by name; None without those that it needs."""
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
+        """The set-up before a run; None where a parameter that it needs is missing."""
         return None
 
     def all_parts(self, measurement: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
-        """The parts of the uncertainty of a value: those of its reading, and those that the parameters tell."""
+        """The parts of the uncertainty of a value: those of its reading, and those of ``uncertainty_parts``."""
         return {**parts, **{part: share * abs(value) for part, share in self.uncertainty_parts(measurement).items()}}
 
 
@@ -172,9 +166,9 @@ class Scenario:
     parameters: type[SetUp]
     materials: tuple[str, ...]  # parameters that name a material; of a body that a run may lack, where they act
     measurements: tuple[str, ...]  # quantities read off its runs
-    # Measurements of a body that a run may lack, each with the parameter of the body's material.
+    # Measurements of a body that a run may lack, each with the parameter that names the body's material.
     of_role: Mapping[str, str] = field(default_factory=dict)
-    # Measurements that a run has where it states some parameters without a default, each with these.
+    # Measurements that a run has where it states some parameters, each with these parameters.
     asked_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
     accurate: tuple[str, ...] = ()  # the measurements whose mesh error an accuracy is about
@@ -182,26 +176,26 @@ class Scenario:
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 
-    def record(self, values: Mapping[str, Any]) -> SetUp:
+    def record(self, values: Mapping[str, Value]) -> SetUp:
         """The parameters of values by name (SI)."""
         return nested(self.parameters, values)
 
-    def roles(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+    def roles(self, values: Mapping[str, Value]) -> tuple[str, ...]:
         """The parameters that name a material of a run with these values by name, defaults filled in."""
         lacking = self.parameters.lacking(values)
         return tuple(name for name in self.materials if name not in lacking)
 
     def measured(self, roles: Collection[str]) -> tuple[str, ...]:
-        """The measurements of a run, or of a sweep, whose bodies have these roles."""
+        """The measurements of a run, or of a sweep, that has these roles."""
         return tuple(name for name in self.measurements if name not in self.of_role or self.of_role[name] in roles)
 
-    def measured_in(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+    def measured_in(self, values: Mapping[str, Value]) -> tuple[str, ...]:
         """The measurements of a run with these values by name, defaults filled in."""
         stated = [name for name, value in values.items() if value is not None]
         return tuple(name for name in self.measured(self.roles(values)) if self.is_asked(name, stated))
 
     def is_asked(self, measurement: str, stated: Collection[str]) -> bool:
-        """Whether what states these parameters asks for a measurement."""
+        """Whether a measurement is asked for where these parameters are stated."""
         return {*self.asked_by.get(measurement, ())} <= {*stated}
 
     def may_lack(self, measurement: str) -> bool:
@@ -212,7 +206,7 @@ class Scenario:
         """True for a grid so coarse that the error of its measurements is unknown."""
         return any(cells[name] < fewest for name, fewest in self.fewest_cells.items())
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Plain]:
         """The scenario as plain values, for a catalogue."""
         return {
             "name": self.name,
@@ -224,7 +218,7 @@ class Scenario:
         }
 
 
-def _is_same(value: Any, other: Any) -> bool:
+def _is_same(value: Value, other: Value) -> bool:
     """Whether two values are equal, numbers but for what follows from rounded ones."""
     if isinstance(value, float) and isinstance(other, float):
         return math.isclose(value, other, rel_tol=ROUND_OFF)

@@ -5,20 +5,19 @@ A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall 
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Pascal, Second
+from studies.measurements._settings import BarSetting
 from studies.quantities.findings import Finding
+from studies.quantities.parameters import flat
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
-from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Extent, Wall
-from studies.scenarios.parts.loading import FASTEST, Loading
+from studies.scenarios import Materials, ObservationRate, Scenario, Size
+from studies.scenarios.parts.bar import FASTEST, Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
+from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import longitudinal_speed
-from studies.scenarios.parts.method import MethodChoice, among, check_method
+from studies.scenarios.parts.method import MethodChoice, among
 from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics
-
-if TYPE_CHECKING:
-    from solver.matter.laws import Matter
 
 TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
 OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
@@ -85,29 +84,18 @@ class ElasticBar(BarSetUp):
         return self.young_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
 
     @property
-    def cell(self) -> float:
-        """Size of a cell, m."""
-        return self.bar_diameter / self.cells_per_diameter
-
-    @property
     def bar(self) -> Bar:
         """The bar at the wall."""
-        assert self.end_time is not None
         room, sound = ROOM * self.cell, self.wave_speed
-        added = self.loading.added_speed(impedance=self.density * sound, time=self.end_time)
-        fastest = self.speed + added
-        extent = Extent(
-            length=self.bar_length,
-            diameter=self.bar_diameter,
-            speed=self.speed,
-            fastest=fastest,
-            cell=self.cell,
-            height=self.bar_length + fastest * self.end_time + room,
+        fastest = self.fastest(self.density * sound)
+        return Bar(
+            self,
+            density=self.density,
+            sound=sound,
+            height=self.bar_length + fastest * self.end + room,
             # A bar that is stopped at once widens by the strain v / c at most.
             radius=0.5 * self.bar_diameter * (1.0 + fastest / sound) + room,
-            end_time=self.end_time,
         )
-        return Bar(extent=extent, wall=self.wall, loading=self.loading, numerics=self.numerics, method=self.method)
 
     def filled(self, materials: Materials) -> Self:
         numerics, is_solid = self.numerics, self.wall.geometry != "axisymmetric"
@@ -122,8 +110,8 @@ class ElasticBar(BarSetUp):
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        findings = check_method(self) + self.numerics.check(self.end_time, self.method)
-        findings += self.bar.check(density=self.density, sound=self.wave_speed)
+        findings = self.method.check(flat(self)) + self.numerics.check(self.end_time, self.method)
+        findings += self.bar.check()
         fastest = FASTEST * self.wave_speed
         if self.speed > fastest:
             limit = f"at most {fastest:g} m/s, {FASTEST:g} of the wave speed"
@@ -131,17 +119,14 @@ class ElasticBar(BarSetUp):
             findings.append(Finding("speed", f"{self.speed:g} m/s", limit, cure))
         return findings
 
-    def build(self, materials: Materials) -> Setting:
-        return self.bar.build(self._matter(), self.density)
-
-    def _matter(self) -> "Matter":
+    def build(self, materials: Materials) -> BarSetting:
         from solver.matter.eos.linear_elastic import LinearElastic
         from solver.matter.laws import Matter
         from solver.matter.strength.elastic import Elastic
         from solver.matter.tension.unlimited import UnlimitedTension
 
         room = 293.0  # K; nothing depends on it
-        return Matter(
+        matter = Matter(
             eos=LinearElastic(density=self.density, bulk_modulus=self.bulk_modulus, temperature=room),
             strength=Elastic(),
             tension=UnlimitedTension(),
@@ -149,15 +134,16 @@ class ElasticBar(BarSetUp):
             room_temperature=room,
             melt_temperature=math.inf,
         )
+        return self.bar.build(matter)
 
     def size(self, materials: Materials) -> Size:
         return self.bar.size(longitudinal_speed(self.bulk_modulus, self.shear_modulus, self.density))
 
-    def rate(self, setting: Any) -> ObservationRate:
+    def rate(self, setting: BarSetting) -> ObservationRate:
         interval = self.transit / OBSERVATIONS_PER_TRANSIT
         if self.loading.pressure:
             crossing = OBSERVED * self.cell / self.wave_speed
-            interval = min(interval, max(crossing, self.bar.extent.end_time / MOST_OBSERVED))
+            interval = min(interval, max(crossing, self.end / MOST_OBSERVED))
         return ObservationRate(interval=interval)
 
 

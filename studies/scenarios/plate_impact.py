@@ -6,15 +6,16 @@ flies towards +z and touches it at z = 0 at time zero.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.measurements._settings import PlateSetting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
-from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
+from studies.scenarios import Materials, ObservationRate, Scenario, SetUp, Size
+from studies.scenarios.parts.lattice import SECTORS, Geometry, along_flight, body, lattice, mesh
 from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
 
@@ -38,19 +39,7 @@ HALVINGS = 60  # of the interval in which the interface velocity lies: to round-
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlateSetting(Setting):
-    """Two plates as their observer needs to know them."""
-
-    speed: float  # m/s
-    thicknesses: tuple[float, float]  # flyer, target; m
-    section: float  # area of the column, m2 (m2 per radian)
-    impedance: float  # rho0 c0 of the target, Pa s/m
-    crossing: float  # when the first wave has crossed its plate, s
-    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlateImpact(SetUp):
+class PlateImpact(SetUp[PlateSetting, "PlateView"]):
     """Parameters of a plate impact."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0
@@ -122,13 +111,15 @@ class PlateImpact(SetUp):
             findings.append(Finding("target_thickness", f"{target:g} m", limit, cure))
         return findings
 
-    def build(self, materials: Materials) -> Setting:
+    def build(self, materials: Materials) -> PlateSetting:
         import numpy as np
 
         from solver.problem import Face, Problem
 
         flyer, target = self.thicknesses
-        room = BEYOND + math.ceil(self._travel(materials) / self.cell)
+        # A free face moves, like metals, no faster than the flyer; others up to twice as fast.
+        travel = 2.0 * self.speed * max(self._end(materials) - self._crossing(materials), 0.0)
+        room = BEYOND + math.ceil(travel / self.cell)
         before, behind = (math.ceil(thick / self.cell - 1e-9) + room for thick in self.thicknesses)
         geometry, faces = mesh(
             self.geometry,
@@ -143,14 +134,10 @@ class PlateImpact(SetUp):
             self._plate("flyer", materials, geometry, (-flyer, 0.0)),
             self._plate("target", materials, geometry, (0.0, target)),
         ]
+        bodies = tuple(plate for plate, _ in plates)
+        problem = Problem(geometry=geometry, bodies=bodies, faces=faces, end_time=self._end(materials))
         return PlateSetting(
-            problem=Problem(
-                geometry=geometry,
-                bodies=tuple(plate for plate, _ in plates),
-                faces=faces,
-                end_time=self._end(materials),
-                **self.numerics.arguments(),
-            ),
+            problem=self.numerics.applied_to(problem),
             sector=SECTORS[self.geometry],
             speed=self.speed,
             thicknesses=(flyer, target),
@@ -161,7 +148,7 @@ class PlateImpact(SetUp):
         )
 
     def _plate(
-        self, name: str, materials: Materials, geometry: Any, ends: tuple[float, float]
+        self, name: str, materials: Materials, geometry: Geometry, ends: tuple[float, float]
     ) -> tuple["Body", "np.ndarray"]:
         """A plate, and the layer of each of its particles."""
         import numpy as np
@@ -170,11 +157,7 @@ class PlateImpact(SetUp):
         step = self.cell / self.numerics.choices.particles_per_cell
         where = lattice(self.geometry, breadth=self.cells_across * self.cell, begin=begin, end=end, step=step)
         made = matter(
-            materials[name],
-            eos_form=self.eos_form,
-            tension=self.numerics.choices.tension,
-            failure=self.fracture.of(materials[name]),
-            rubble_friction=self.fracture.rubble_friction,
+            materials[name], eos_form=self.eos_form, tension=self.numerics.choices.tension, fracture=self.fracture
         )
         plate = body(
             name,
@@ -206,10 +189,6 @@ class PlateImpact(SetUp):
             speeds = max(speeds[0], elastic_speed(flyer)), max(speeds[1], elastic_speed(target))
         return min(thick / speed for thick, speed in zip(self.thicknesses, speeds, strict=True))
 
-    def _travel(self, materials: Materials) -> float:
-        """How far a free face may move, m: like metals no faster than the flyer, others up to twice as fast."""
-        return 2.0 * self.speed * max(self._end(materials) - self._crossing(materials), 0.0)
-
     def size(self, materials: Materials) -> Size:
         per_cell = self.numerics.choices.particles_per_cell
         layers = sum(self.thicknesses) / self.cell * per_cell
@@ -230,8 +209,7 @@ class PlateImpact(SetUp):
 
         return view(setting, snapshot)
 
-    def rate(self, setting: Setting) -> ObservationRate:
-        assert isinstance(setting, PlateSetting)
+    def rate(self, setting: PlateSetting) -> ObservationRate:
         end = setting.problem.end_time
         if end <= setting.crossing:
             return ObservationRate(interval=end / OBSERVATIONS)
@@ -249,8 +227,14 @@ class Shocks:
 def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
     """Impedance match: the interface velocity at which both plates have the same pressure."""
 
+    def shock_speed(material: "Material", jump: float) -> float:
+        c0, s = material.value_at("eos.c0"), material.value_at("eos.s")
+        assert c0 is not None
+        assert s is not None
+        return c0 + s * jump
+
     def pressure(material: "Material", jump: float) -> float:
-        return material.density * _shock_speed(material, jump) * jump
+        return material.density * shock_speed(material, jump) * jump
 
     low, high = 0.0, speed
     for _ in range(HALVINGS):
@@ -259,14 +243,7 @@ def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
             low = middle
         else:
             high = middle
-    return Shocks(pressure(target, low), (_shock_speed(flyer, speed - low), _shock_speed(target, low)))
-
-
-def _shock_speed(material: "Material", jump: float) -> float:
-    c0, s = material.value_at("eos.c0"), material.value_at("eos.s")
-    assert c0 is not None
-    assert s is not None
-    return c0 + s * jump
+    return Shocks(pressure(target, low), (shock_speed(flyer, speed - low), shock_speed(target, low)))
 
 
 SCENARIO = Scenario(
@@ -279,14 +256,11 @@ SCENARIO = Scenario(
         "plateau_pressure",
         "plateau_scatter",
         "plateau_velocity",
-        "flyer_density",
-        "target_density",
-        "flyer_density_from_spacing",
-        "target_density_from_spacing",
-        "flyer_shock_front",
-        "target_shock_front",
-        "flyer_shock_speed",
-        "target_shock_speed",
+        *(
+            f"{plate}_{name}"
+            for name in ("density", "density_from_spacing", "shock_front", "shock_speed")
+            for plate in BODIES
+        ),
         "free_surface_velocity",
         "free_surface_peak",
         "free_surface_minimum",

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.convergence.experience import MeshGrid
+from studies.measurements._settings import BarSetting
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
-from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
-from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Extent, Wall
+from studies.scenarios import Materials, ObservationRate, Scenario, Size
+from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
 from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import (
     HUGONIOT,
@@ -41,9 +42,9 @@ MARGIN = 2.5
 WORKED = 1.0  # plastic strain of the foot, at which its yield stress is taken
 
 
+SIZES = ("final_length", "mushroom_diameter", "width_at_fifth")
 # Parameters that say what is shot, on which grid, and how long it is observed: experience of mesh errors is about the
 # defaults of all others.
-SIZES = ("final_length", "mushroom_diameter", "width_at_fifth")
 SHOT = frozenset(
     {
         *("bar", "speed", "bar_length", "bar_diameter", "cells_per_diameter", "end_time", "stop", "settled_growth"),
@@ -116,35 +117,28 @@ class TaylorBar(BarSetUp):
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        material = materials["bar"]
         return [
             *self.numerics.check(self.end_time),
             *check_constants(materials),
             *check_eos(self.eos_form, materials),
             *check_boiling(self.numerics.choices.tension, self.thermal_softening, materials),
-            *self.at_wall(material).check(density=material.density, sound=elastic_speed(material)),
+            *self.at_wall(materials["bar"]).check(),
         ]
 
     def at_wall(self, material: "Material") -> Bar:
         """The bar of a material at the wall."""
-        assert self.end_time is not None
-        impedance = material.density * elastic_speed(material)
-        fastest = self.speed + self.loading.added_speed(impedance=impedance, time=self.end_time)
-        cell = self.bar_diameter / self.cells_per_diameter
+        sound = elastic_speed(material)
+        fastest = self.fastest(material.density * sound)
         wide = spread(density=material.density, speed=fastest, yield_stress=yield_stress(material, WORKED))
-        extent = Extent(
-            length=self.bar_length,
-            diameter=self.bar_diameter,
-            speed=self.speed,
-            fastest=fastest,
-            cell=cell,
-            height=self.bar_length + (fastest - self.speed) * self.end_time + 2.0 * cell,
+        return Bar(
+            self,
+            density=material.density,
+            sound=sound,
+            height=self.bar_length + (fastest - self.speed) * self.end + 2.0 * self.cell,
             radius=0.5 * wide * self.bar_diameter,
-            end_time=self.end_time,
         )
-        return Bar(extent=extent, wall=self.wall, loading=self.loading, numerics=self.numerics)
 
-    def build(self, materials: Materials) -> Setting:
+    def build(self, materials: Materials) -> BarSetting:
         material = materials["bar"]
         made = matter(
             material,
@@ -153,7 +147,7 @@ class TaylorBar(BarSetUp):
             tension=self.numerics.choices.tension,
         )
         references = (self.reference_length, self.reference_diameter, self.reference_width)
-        return self.at_wall(material).build(made, material.density, references)
+        return self.at_wall(material).build(made, references)
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         strength = yield_stress(materials["bar"])
@@ -172,7 +166,7 @@ class TaylorBar(BarSetUp):
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))
 
-    def rate(self, setting: Setting) -> ObservationRate:
+    def rate(self, setting: BarSetting) -> ObservationRate:
         window = WINDOW * setting.problem.end_time
         return ObservationRate.settling(window, growth=self.settled_growth, stop=self.stop)
 

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from solver.units import Described, Metre
 from studies.quantities.findings import Finding
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, TargetSetUp, outline
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 
@@ -29,7 +30,7 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickPlate(ImpactSetUp):
+class ThickPlate(TargetSetUp):
     """Parameters of a crater."""
 
     experienced = MappingProxyType(
@@ -46,8 +47,6 @@ class ThickPlate(ImpactSetUp):
         Metre | None,
         Described("radius of a round block, half the width of a square one; by default 10 diameters", 1e-5, 10.0),
     ] = None
-
-    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
 
     @property
     def impact(self) -> Impact:
@@ -76,7 +75,7 @@ class ThickPlate(ImpactSetUp):
         return findings
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         return outline(values, thickness="target_depth", radius="target_radius")
 
 

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Self
 
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
+from studies.quantities.parameters import Plain
 from studies.scenarios import Materials, Scenario
-from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, ImpactSetUp, loose_and_fast, outline, seen
-from studies.scenarios.parts.method import ParticleMethod, is_on_grid
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, TargetSetUp, outline
+from studies.scenarios.parts.method import ParticleMethod
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Plate, Settling
 
@@ -19,7 +20,7 @@ CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThinPlate(ImpactSetUp):
+class ThinPlate(TargetSetUp):
     """Parameters of a perforation."""
 
     experienced = MappingProxyType({name: name for name in ("hole_diameter", "hole_diameter_areal")})
@@ -30,8 +31,6 @@ class ThinPlate(ImpactSetUp):
     plate: Plate
     method: ParticleMethod
 
-    view, numbers = staticmethod(seen), staticmethod(loose_and_fast)
-
     @property
     def impact(self) -> Impact:
         """The projectile in front of the plate."""
@@ -39,7 +38,7 @@ class ThinPlate(ImpactSetUp):
 
     def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
-        failure = DEFAULT_FAILURE if is_on_grid(self.method) else NO_FAILURE
+        failure = DEFAULT_FAILURE if self.method.is_on_grid else NO_FAILURE
         return replace(
             self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter, failure=failure),
             settling=self.settling.filled(diameter),
@@ -51,7 +50,7 @@ class ThinPlate(ImpactSetUp):
         return [*super().check(materials), *self.plate.check(self.shot)]
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         return outline(values, thickness="plate_thickness", radius="plate_radius")
 
 

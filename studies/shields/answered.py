@@ -14,7 +14,7 @@ from studies.materials import Material
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import MaterialName, Parameter, Plain, declared, nested
 from studies.reports.figure import Figure
-from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
+from studies.shields.bumpers import BUMPERS, FurtherBumpers
 from studies.shields.shield import CRITICAL_DIAMETER, NEEDED, ShotAtShield, reshielded
 
 if TYPE_CHECKING:

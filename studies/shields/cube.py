@@ -9,7 +9,8 @@ from studies import laws
 from studies.answers.targets import Variable, Variables
 from studies.shields.shield import CRITICAL_DIAMETER
 from studies.shields.shots.answers import ShieldAnswer
-from studies.shields.shots.inverse import RISKS, NoSize, SafeSize, Size
+from studies.shields.shots.inverse import RISKS
+from studies.shields.shots.records import NoSize, SafeSize, Size
 
 LAWS = f"law_of_{CRITICAL_DIAMETER}"  # the dimension
 NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)

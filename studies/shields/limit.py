@@ -28,12 +28,19 @@ from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
 
 
-def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
-    """The limits of a cube of shields, by the other axes and the speed; none where it has no wall, or no equation."""
-    if CRITICAL_DIAMETER not in reading.critical_of(points) or WALL_PERFORATED not in reading.quantities_of(points):
-        return ()
-    runs, places, speeds = _wall_runs(points), places_of(points), by_run(points, "speed")
-    others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
+def has_limits(points: xr.Dataset) -> bool:
+    """Whether a cube has a wall, and equations of its limit."""
+    return CRITICAL_DIAMETER in reading.critical_of(points) and WALL_PERFORATED in reading.quantities_of(points)
+
+
+def of_shield(points: xr.Dataset) -> list[str]:
+    """The axes beside speed and diameter."""
+    return [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
+
+
+def shield_limits(points: xr.Dataset, runs: Sequence[WallRun]) -> tuple[ShieldLimit, ...]:
+    """The limits of a cube of shields, by the other axes and the speed, with the run of each of its points."""
+    others, places, speeds = of_shield(points), places_of(points), by_run(points, "speed")
     groups: dict[tuple[tuple[float | str, ...], float], list[int]] = {}
     for cell, place in enumerate(places):
         if math.isfinite(runs[cell].diameter):
@@ -81,7 +88,7 @@ def normal_speeds(points: xr.Dataset) -> list[float]:
     """The component of the velocity along the normal at each point, m/s."""
     speeds = by_run(points, "speed")
     lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(speeds))
-    return [float(each) for each in speeds * lean]
+    return [float(speed) for speed in speeds * lean]
 
 
 def shots_of(dataset: xr.Dataset) -> list[tuple[Place, ShotAtShield]]:
@@ -99,7 +106,7 @@ def shots_at(shots: Sequence[tuple[Place, ShotAtShield]], at: Place) -> list[Sho
     return [shot for place, shot in shots if all(place[name] == value for name, value in at.items())]
 
 
-def _wall_runs(points: xr.Dataset) -> list[WallRun]:
+def wall_runs(points: xr.Dataset) -> list[WallRun]:
     """What happened at each point; undecided where its grids leave it open, or no run of it has an outcome."""
     outcomes = simulated_values(points, WALL_PERFORATED).ravel()
     refined = cubes.VERDICT_REASON.is_in(points, WALL_PERFORATED)
@@ -143,7 +150,7 @@ def _equations(
         found.append(Equation(law.label, law.title, name, diameter, outcome, difference, why, outside))
     ends = [end for end in interval if math.isfinite(end)] or list(diameters)
     middle = float(np.log(ends).mean())
-    return sorted(found, key=lambda each: (bool(each.outside), abs(math.log(each.diameter) - middle)))
+    return sorted(found, key=lambda said: (bool(said.outside), abs(math.log(said.diameter) - middle)))
 
 
 def _beside(diameter: float, lower: float, upper: float) -> tuple[Outcome, float | None, Incomparable | None]:

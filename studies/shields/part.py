@@ -9,13 +9,14 @@ from studies.outcomes.shots import OF_MODEL
 from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
 from studies.reports.wording import text_template, worded
-from studies.shields.curves import like_shields
 from studies.shields.figure import shield_figure
-from studies.shields.limit import shield_limits, shots_at, shots_of
+from studies.shields.limit import has_limits, shield_limits, shots_at, shots_of, wall_runs
 from studies.shields.probability import shot_of, with_chances
-from studies.shields.section import BallisticLimit, Beside, Equation, JustSafe, OrderedShots, ShieldLimit, WallRun
+from studies.shields.section import BallisticLimit, Beside, Equation, OrderedShots, ShieldLimit, WallRun
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots import answers
+from studies.shields.shots.records import Size
+from studies.shields.shots.table import like_shields
 
 NEAREST = 3  # published shots
 NAMED = 2  # equations of a headline
@@ -27,11 +28,12 @@ Said = Literal["held", "perforated", "undecided", "disagree"]
 def part_of(source: Source) -> Part | None:
     """The section; None of a sweep without a wall, or where no equation is known."""
     dataset, points = source.dataset, source.points
-    limits = shield_limits(points)
-    if not limits:
+    if not has_limits(points):
         return None
     shots = shots_of(dataset)
-    rows = with_chances(dataset, points, limits, shots)
+    rows = shield_limits(points, with_chances(dataset, points, wall_runs(points), shots))
+    if not rows:
+        return None
     opening = _opening_run(rows) or _opening_limit(rows)
     beside = _beside(opening, shots)
     record = BallisticLimit(rows, beside, bool(refinements_of(dataset)))
@@ -51,8 +53,8 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, ShotAtShield]
     answer, like = answers.answer(shot), like_shields(shot)
     is_like = not shot.shield.further_bumpers  # all published shots have one bumper
     ordered = (answer.easier, answer.harder) if is_like else ()
-    easier, harder = [OrderedShots(each.shots, each.contrary) for each in ordered] or [OrderedShots(0, 0)] * 2
-    failed = sum(each.is_perforated for each in like)
+    easier, harder = [OrderedShots(said.shots, said.contrary) for said in ordered] or [OrderedShots(0, 0)] * 2
+    failed = sum(shot.is_perforated for shot in like)
     return Beside(
         at=limit.at,
         speed=limit.speed,
@@ -62,10 +64,7 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, ShotAtShield]
         easier=easier,
         harder=harder,
         nearest=answer.nearest[:NEAREST] if is_like else (),
-        safe=tuple(
-            JustSafe(each.size.value, each.risk, each.law, each.value, each.reason and each.reason.value)
-            for each in answer.safe
-        ),
+        safe=answer.safe,
     )
 
 
@@ -93,11 +92,11 @@ def _opening_run(rows: Sequence[ShieldLimit]) -> ShieldOpening | None:
         if len(limit.runs) != 1 or chance is None:
             return None
         ranked.append((chance.value, limit))
-    _, limit = max(ranked, key=lambda each: each[0])
+    _, limit = max(ranked, key=lambda chance: chance[0])
     [run] = limit.runs
-    outcomes = {each.runs[0].perforated for each in rows if _shot(each) == _shot(limit)}
+    outcomes = {row.runs[0].perforated for row in rows if _shot(row) == _shot(limit)}
     said = SAID[outcomes.pop()] if len(outcomes) == 1 else "disagree"
-    of_several = any(_shot(each) != _shot(limit) for each in rows)
+    of_several = any(_shot(row) != _shot(limit) for row in rows)
     return ShieldOpening(limit, _told(rows), run.diameter, run, of_several, said)
 
 
@@ -109,21 +108,21 @@ def _shot(limit: ShieldLimit) -> tuple[float, Place]:
 def _opening_limit(rows: Sequence[ShieldLimit]) -> ShieldOpening:
     """The limit with the equation that is unsafe by most, else too careful by most; else the fastest."""
     for outcome in (Outcome.HIGH, Outcome.LOW):
-        limit, worst = max(((row, _worst(row, outcome)) for row in rows), key=lambda each: each[1])
+        limit, worst = max(((row, _worst(row, outcome)) for row in rows), key=lambda found: found[1])
         if worst > 0.0:
             break
     else:
         limit = max(rows, key=lambda row: ((row.lower is not None) + (row.upper is not None), row.speed))
-    unsafe = [each for each in limit.equations if each.outcome is Outcome.HIGH]
-    gravest = sorted(unsafe, key=lambda each: each.diameter)[-1:]
-    named = (*gravest, *(each for each in limit.equations if each not in gravest))
+    unsafe = [said for said in limit.equations if said.outcome is Outcome.HIGH]
+    gravest = sorted(unsafe, key=lambda said: said.diameter)[-1:]
+    named = (*gravest, *(said for said in limit.equations if said not in gravest))
     middle = limit.runs[len(limit.runs) // 2].diameter
     return ShieldOpening(limit, _told(rows), limit.lower or limit.upper or middle, equations=named)
 
 
 def _worst(limit: ShieldLimit, outcome: Outcome) -> float:
     """By how much the farthest equation with an outcome lies beyond the interval; 0 without any."""
-    return max((abs(each.difference or 0.0) for each in limit.equations if each.outcome is outcome), default=0.0)
+    return max((abs(said.difference or 0.0) for said in limit.equations if said.outcome is outcome), default=0.0)
 
 
 def _told(rows: Sequence[ShieldLimit]) -> tuple[str, ...]:
@@ -132,13 +131,13 @@ def _told(rows: Sequence[ShieldLimit]) -> tuple[str, ...]:
 
 def headline(opening: ShieldOpening, beside: Beside | None, units: Mapping[str, str | None]) -> str:
     """The opening in words; ``units`` are those of the axes."""
-    by_risk = {each.size: each for each in beside.safe if each.risk == RISK} if beside else {}
+    by_risk = {safe.size: safe for safe in beside.safe if safe.risk == RISK} if beside else {}
     return worded(
         text_template("studies.shields:headline.txt"),
         opening=opening,
         beside=beside,
-        sphere=by_risk.get("projectile_diameter"),
-        wall=by_risk.get("wall_thickness"),
+        sphere=by_risk.get(Size.SPHERE),
+        wall=by_risk.get(Size.WALL),
         units=units,
         named=NAMED,
     )

@@ -1,16 +1,15 @@
 """The picture of an answer about a shield: critical diameter against speed, with every equation and shot."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from studies.answers.answer import shot_in_words
 from studies.answers.picture import SPEED, SPEEDS, curves_of
-from studies.reports.figure import CHANCES, EVEN_CHANCE, THIS, Figure, Panel, Scale, Series
-from studies.shields.curves import like_shields, outcomes_of
+from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS, Figure, Panel, Scale, Series
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
 from studies.shields.shots.chance import diameters_at
-from studies.shields.shots.table import published
+from studies.shields.shots.table import ShieldShot, like_shields, published
 
 DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
 
@@ -44,3 +43,17 @@ def _chances(shot: ShotAtShield) -> Iterator[Series]:
     if any(inside):
         yield Series("band", CHANCES, SPEEDS, low=tuple(low), high=tuple(high), in_range=inside)
         yield Series("trend", EVEN_CHANCE, SPEEDS, tuple(even))
+
+
+def outcomes_of(shots: Sequence[ShieldShot]) -> Iterator[Series]:
+    """Published shots as marks: those whose wall failed, and those whose wall held."""
+    for label, failed in ((FAILED, True), (HELD, False)):
+        of = [shot for shot in shots if shot.is_perforated is failed]
+        if of:
+            yield Series(
+                "observation",
+                label,
+                tuple(shot.speed for shot in of),
+                tuple(shot.projectile_diameter for shot in of),
+                notes=tuple(f"{shot.source} {shot.shot}".strip() for shot in of),
+            )

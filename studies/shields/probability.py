@@ -1,19 +1,21 @@
 """The probability that a simulated wall fails: from equations and shots, and joined with what the simulation says."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes.points import Place, by_run, is_same, places_of, plain, refinements_of
-from studies.cubes.variables import EQUIVALENT_DIAMETER
 from studies.quantities.numerical_defaults import RECIPES
-from studies.shields.section import Apart, NotJoined, ShieldLimit, WallChance, WallRun
+from studies.shields.limit import of_shield
+from studies.shields.section import Apart, NotJoined, WallRun
 from studies.shields.shield import ShotAtShield
-from studies.shields.shots.chance import Probability, probability
-from studies.shields.shots.drawn import SimulationKind
-from studies.shields.shots.joined import Joint, Simulated, cells_across, cells_through, joint
+from studies.shields.shots.chance import probability
+from studies.shields.shots.drawn import Joint, Simulated, SimulationKind, stored
+from studies.shields.shots.joined import cells_across, cells_through
 from studies.shields.shots.outside import outside_of_shots
 
 ROUNDED = 1e-6  # relative: of a number of cells, or a size
@@ -29,34 +31,31 @@ CELLS = ("cells_per_diameter", "cells_per_wall")
 TOLD: dict[bool | None, Simulated] = {True: "perforated", False: "held", None: "open"}
 
 RunSettings = Mapping[str, float | str]
+Shield = tuple[float | str, ...]  # by the values of the axes that tell it
 
 
 def with_chances(
-    dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit], shots: Sequence[tuple[Place, ShotAtShield]]
-) -> tuple[ShieldLimit, ...]:
-    """Limits whose runs have a probability; none outside of all shots, and where no equation covers a run."""
-    axes, has_grids = [*limits[0].at], CELLS[0] in refinements_of(dataset)
+    dataset: xr.Dataset, points: xr.Dataset, runs: Sequence[WallRun], shots: Sequence[tuple[Place, ShotAtShield]]
+) -> list[WallRun]:
+    """The runs of all points with a probability; without it outside of all shots, and where no equation covers one."""
+    axes, has_grids = of_shield(points), CELLS[0] in refinements_of(dataset)
     columns = {name: by_run(points, name) for name in ("failure", *CALIBRATED, *CELLS) if name in points.variables}
     if CELLS[0] not in columns:  # of several grids the finest
         columns[CELLS[0]] = np.full(points.run_state.size, dataset[CELLS[0]].max())
-    sizes = zip(by_run(points, "speed"), by_run(points, EQUIVALENT_DIAMETER.name), strict=True)
-    cells = {
-        (*(place[axis] for axis in axes), *map(float, size)): cell
-        for cell, (place, size) in enumerate(zip(places_of(points), sizes, strict=True))
-    }
-
-    of_shield: dict[tuple[float | str, ...], list[ShotAtShield]] = {}
+    at_shield: dict[Shield, list[ShotAtShield]] = {}
     for place, shot in shots:
-        of_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
+        at_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
 
-    def chanced(limit: ShieldLimit, run: WallRun) -> WallRun:
-        cell = cells[*limit.at.values(), limit.speed, run.diameter]
+    def chanced(cell: int, place: Place, speed: float, run: WallRun) -> WallRun:
+        if math.isnan(run.diameter):  # a point of a search that has no run
+            return run
         settings = {name: plain(column[cell]) for name, column in columns.items()}
-        is_sphere, mine = settings["projectile_shape"] == "sphere", of_shield.get(tuple(limit.at.values()), ())
-        shot = shot_of(mine, limit.speed, run.diameter, is_sphere=is_sphere)
+        mine = at_shield.get(tuple(place[axis] for axis in axes), ())
+        shot = shot_of(mine, speed, run.diameter, is_sphere=settings["projectile_shape"] == "sphere")
         return _with_chance(run, shot, settings, has_grids) if shot else run
 
-    return tuple(replace(limit, runs=tuple(chanced(limit, run) for run in limit.runs)) for limit in limits)
+    speeds = map(float, by_run(points, "speed"))
+    return list(map(chanced, count(), places_of(points), speeds, runs))
 
 
 def shot_of(
@@ -74,14 +73,10 @@ def _with_chance(run: WallRun, shot: ShotAtShield, settings: RunSettings, has_gr
     if before is None:
         return replace(run, outside=next(outside_of_shots(shot), ""))
     kind = SimulationKind((str(settings["failure"]),), "several" if has_grids else "one")
-    constants = joint(kind)
+    constants = stored().get(kind.name)
     apart = _apart(constants, shot, settings)
     joined = constants.probability(before, TOLD[run.perforated]) if constants and not apart else None
-    return replace(run, before=_chance(before), joined=_chance(joined) if joined else None, apart=apart)
-
-
-def _chance(probability: Probability) -> WallChance:
-    return WallChance(probability.value, probability.low, probability.high)
+    return replace(run, before=before, joined=joined, apart=apart)
 
 
 def _apart(constants: Joint | None, shot: ShotAtShield, settings: RunSettings) -> NotJoined | None:

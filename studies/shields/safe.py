@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from studies.outcomes.found import Share
 from studies.quantities.display import NONE, digits, display_of
 from studies.shields.shots.answers import ShieldAnswer
-from studies.shields.shots.inverse import NoSize, SafeSize, Size
+from studies.shields.shots.records import NoSize, SafeSize, Size
 
 COLUMNS = ("largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
 REASONS: Mapping[NoSize, str] = {
@@ -18,7 +18,7 @@ REASONS: Mapping[NoSize, str] = {
 
 def safe_sizes_of(answer: ShieldAnswer) -> dict[str, tuple[str, ...]]:
     """The largest sphere, thinnest wall and shortest stand-off, mm: "at 10 % risk", then by the name of each law."""
-    found = {(_limit(each), each.size): _printed(each) for each in answer.safe}
+    found = {(_limit(safe), safe.size): _printed(safe) for safe in answer.safe}
     limits = dict.fromkeys(limit for limit, _ in found)
     return {limit: tuple(found[limit, size] for size in Size) for limit in limits}
 
@@ -38,8 +38,8 @@ def of_ordered_shots(answer: ShieldAnswer) -> str:
     """ "2 of 14 easier shots failed; no published shot is harder."."""
     kinds = (("easier", "failed", answer.easier), ("harder", "held", answer.harder))
     said = [
-        f"{each.contrary} of {each.shots} {kind} shots {did}" if each.shots else f"no published shot is {kind}"
-        for kind, did, each in kinds
+        f"{shots.contrary} of {shots.shots} {kind} shots {did}" if shots.shots else f"no published shot is {kind}"
+        for kind, did, shots in kinds
     ]
     return f"In every respect: {'; '.join(said)}."
 

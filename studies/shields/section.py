@@ -13,6 +13,7 @@ from studies.outcomes.found import FailuresFound, Share, Shares
 from studies.reports.records import Outcome, Place
 from studies.reports.section import Part, Section, Source
 from studies.shields.shield import WALL_PERFORATED, ShotAtShield
+from studies.shields.shots.records import Probability, SafeSize
 from studies.shields.shots.table import NearShot
 from studies.sweeps.guides import Guide
 from studies.sweeps.search import Chance
@@ -43,15 +44,6 @@ class Apart(StrEnum):
 
 
 @dataclass(frozen=True)
-class WallChance:
-    """A probability that the wall fails, with the interval that a laboratory not seen may find (95 %)."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
 class NotJoined:
     """Why a simulation is not joined, with the setting that differs; of cells the least number."""
 
@@ -71,8 +63,8 @@ class WallRun:
     grids: str  # what its grids say together; empty of one grid
     flags: tuple[str, ...]
     doubts: tuple[str, ...]  # the flags that leave it open
-    before: WallChance | None = None  # from equations and shots
-    joined: WallChance | None = None  # with the simulation
+    before: Probability | None = None  # from equations and shots
+    joined: Probability | None = None  # with the simulation
     outside: str = ""  # why the shot is like none of the published ones
     apart: NotJoined | None = None
 
@@ -116,17 +108,6 @@ class OrderedShots:
 
 
 @dataclass(frozen=True)
-class JustSafe:
-    """The size at which a shield is just safe by a risk or by an equation, all else as in the shot."""
-
-    size: str  # projectile_diameter: the largest; wall_thickness: the thinnest; stand_off: the shortest
-    risk: float | None
-    law: str | None
-    value: float | None  # m
-    reason: str | None  # why there is none: a word of studies.shields.shots.inverse.NoSize
-
-
-@dataclass(frozen=True)
 class Beside:
     """Published shots beside the shot that opens the report, and the designer's inverse of it."""
 
@@ -138,7 +119,7 @@ class Beside:
     easier: OrderedShots
     harder: OrderedShots
     nearest: tuple[NearShot, ...]
-    safe: tuple[JustSafe, ...]
+    safe: tuple[SafeSize, ...]
 
 
 @dataclass(frozen=True)

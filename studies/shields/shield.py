@@ -7,7 +7,7 @@ from solver.units import KilogramPerCubicMetre, Metre, Pascal
 from studies.laws import Shot
 from studies.laws.predicted import Predicted
 from studies.laws.targets import Materials, Stated, Target, plain_shot
-from studies.scenarios.parts.bumpers import BUMPERS
+from studies.shields.bumpers import BUMPERS
 
 ALUMINIUM = "aluminium"  # the family of metals that equations and shots are about
 WALL_PERFORATED, CRITICAL_DIAMETER = "wall_perforated", "critical_diameter"  # what runs measure, and what laws predict

@@ -3,8 +3,9 @@
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from studies import scenarios
 from studies.laws import target_of
-from studies.scenarios.parts.bumpers import LIST
+from studies.quantities.parameters import lists_of
 
 ALWAYS = "speed"  # every shot has one, and no sweep has it as a key
 
@@ -21,8 +22,10 @@ def as_sweep(document: Mapping[str, Any], keys: Collection[str]) -> Mapping[str,
     if "scenario" in document or ALWAYS not in document:
         return document
     shot = {name: value for name, value in document.items() if name not in keys}
-    axes = {name: value for name, value in shot.items() if isinstance(value, list | Mapping) and name != LIST}
+    scenario = target_of(shot).scenario
+    lists = lists_of(scenarios.load(scenario).parameters)
+    axes = {name: value for name, value in shot.items() if isinstance(value, list | Mapping) and name not in lists}
     axes = axes or {ALWAYS: [shot[ALWAYS]]}
     fixed = {name: value for name, value in shot.items() if name not in axes}
     rest = {name: value for name, value in document.items() if name in keys}
-    return {"scenario": target_of(shot).scenario, "fixed": fixed, "axes": axes, **rest}
+    return {"scenario": scenario, "fixed": fixed, "axes": axes, **rest}

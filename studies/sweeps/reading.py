@@ -22,9 +22,8 @@ from studies.quantities.findings import (
     refusal,
     shown,
 )
-from studies.quantities.parameters import Parameter, Value, declared, find, missing, parse_value, parse_values
+from studies.quantities.parameters import Parameter, Value, by_place, declared, find, missing, parse_value, parse_values
 from studies.quantities.units import exact_number
-from studies.scenarios.parts.bumpers import by_place
 from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.flat import as_sweep
@@ -96,7 +95,7 @@ class _DocumentReading:
         if scenario is None:
             raise InvalidInput(self.findings)
         self.record = declared(scenario.parameters)
-        self.fixed = self.findings.attempt(by_place, self._mapping("fixed"), "fixed") or {}
+        self.fixed = self.findings.attempt(by_place, self._mapping("fixed"), "fixed", scenario.parameters) or {}
         self.varied = self._mapping("axes")
         roles = {role: self._material_names(role, own) for role in scenario.materials}
         terms = vocabulary(scenario.name, roles, own)

@@ -49,7 +49,7 @@ def _strength(law: RateDependentSpall, rate: float) -> float:
 def _fluid(material: Material) -> Matter:
     """Matter that is linear in its volume and bears no shear worth a stress, with the spall of a material."""
     solid = LinearElastic(material.density, material.stiffness, material.thermal.room_temperature)
-    return matter(material, failure=_law(material))._replace(eos=solid, shear_modulus=1.0)
+    return matter(material)._replace(failure=_law(material), eos=solid, shear_modulus=1.0)
 
 
 def _broken(of: Matter, density: float, rate: float, dt: float) -> list[PointState]:
@@ -97,7 +97,7 @@ def pulled_bar(material: Material, failure: Fracture, rate: float, time: float) 
     velocity = np.zeros_like(position)
     velocity[:, 0] = rate * position[:, 0]
     mass = np.full(len(position), material.density * step**3)
-    made = matter(material, failure=failure.of(material))
+    made = matter(material, fracture=failure)
     body = Body("bar", made, position, velocity, mass, material.density, (step,) * 3)
     space = grid(Cartesian3D, lower=(0.0, 0.0, 0.0), cells=(CELLS + 4, 2, 2), spacing=cell)
     mirrors = (Face.SYMMETRIC, Face.SYMMETRIC)

@@ -38,7 +38,7 @@ def _law(material: Material) -> VoidGrowth:
 def _fluid(material: Material) -> Matter:
     """Matter that is linear in its volume and bears no shear, with the voids of a material."""
     solid = LinearElastic(material.density, material.stiffness, material.thermal.room_temperature)
-    return matter(material, failure=_law(material))._replace(eos=solid, shear_modulus=0.0)
+    return matter(material)._replace(failure=_law(material), eos=solid, shear_modulus=0.0)
 
 
 def _next(of: Matter, rate: float, dt: float, old: PointState) -> PointState:

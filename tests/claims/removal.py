@@ -13,13 +13,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from tests.claims.remaining import STEPS
+from tests.contracts.features import features
 
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist", "site", "demo", "data")
@@ -43,24 +42,19 @@ class Tried:
     last: str  # line of what it printed
 
 
-def features() -> Mapping[str, Mapping[str, Any]]:
-    """The features by name: their ``folders``, and what each ``needs`` besides the spine."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    listed: Mapping[str, Mapping[str, Any]] = project["tool"]["whipple"]["features"]
-    return listed
-
-
 def taken_with(name: str) -> set[str]:
     """A feature, and all that need it."""
     taken, known = {name}, features()
-    while more := {other for other in known if taken & {*known[other].get("needs", ())}} - taken:
+    while more := {other for other in known if taken & {*known[other].needs}} - taken:
         taken |= more
     return taken
 
 
 def remove(tree: Path, name: str) -> list[str]:
     """Take a feature, and those that need it, from a copy of the tree; the names of what went."""
-    packages = [package for taken in taken_with(name) for package in features()[taken]["folders"]]
+    packages = [package for taken in taken_with(name) for package in features()[taken].folders]
+    for taken in taken_with(name):
+        shutil.rmtree(tree / "tests" / "cases" / taken, ignore_errors=True)
     for package in packages:
         for folder in (tree / package.replace(".", "/"), tree / "tests" / package.replace(".", "/")):
             shutil.rmtree(folder, ignore_errors=True)

@@ -3,8 +3,9 @@
 import pytest
 
 from tests.claims.marked import Compared
-from tests.claims.removal import Tried, features, without
+from tests.claims.removal import Tried, without
 from tests.claims.rows import equal
+from tests.contracts.features import features
 
 
 @pytest.mark.parametrize(

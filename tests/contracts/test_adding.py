@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+pytest.importorskip("studies.cases", reason="one of the kinds is a validation case")
+
 ROOT = Path(__file__).parents[2]
 ADDED = Path(__file__).parent / "added"
 

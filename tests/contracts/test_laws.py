@@ -14,7 +14,7 @@ from solver.registry import entries, folders
 from studies import laws, materials, measurements
 from studies.laws import Law, Shot
 from studies.materials.schema import CONFIDENCES
-from tests.studies import samples
+from tests import samples
 
 COPPER = materials.load("copper-ofhc")
 ALUMINIUM = materials.load("al-2024-t3")

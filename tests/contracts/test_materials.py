@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,7 +107,7 @@ def test_material__has_the_temperature_of_its_isentrope(material: Material, form
         pytest.skip("linear elasticity heats nothing")
     if check_eos(form, {"target": material}):
         pytest.skip(f"{material.eos.kind} has one form")
-    eos = eos_of(material, form)
+    eos: Any = eos_of(material, form)
 
     def slope(density: float, state: np.ndarray) -> np.ndarray:
         a, b = pressure_terms(eos, density, float(state[0]))

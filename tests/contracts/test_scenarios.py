@@ -26,16 +26,6 @@ ESTIMATE = 3.0  # factor within which the estimated number of particles must lie
 # A scenario's own parameters, small; a new scenario brings its own, that of a feature in its samples.
 OWN: dict[str, dict[str, Any]] = {
     "thin_plate": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
-    "whipple_shield": {
-        **{name: value for name, value in SHOT.items() if name != "target"},
-        "bumper": "copper-ofhc",
-        "wall": "copper-ofhc",
-        "bumper_thickness": 4e-3,
-        "bumper_radius": 1.5 * DIAMETER,
-        "stand_off": 4.0 * DIAMETER,
-        "wall_thickness": 4e-3,
-        "wall_radius": 2.0 * DIAMETER,
-    },
     "thick_plate": {**SHOT, "target_depth": 1.5 * DIAMETER, "target_radius": 1.5 * DIAMETER},
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
@@ -94,15 +84,6 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {**CYLINDER, "projectile_length": 5.0 * DIAMETER},
             {"projectile": "al-2024-t3"},
             {"target": "al-2024-t3"},
-            OBLIQUE,
-        ),
-    ),
-    (
-        ("whipple_shield",),
-        (
-            {"geometry": "quarter", "edges": "free"},
-            {**CYLINDER, "wall_thickness": 40e-3},
-            {"bumper_2": "al-2024-t3", "bumper_2_thickness": 2e-3, "bumper_2_stand_off": 4.0 * DIAMETER},
             OBLIQUE,
         ),
     ),

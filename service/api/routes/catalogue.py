@@ -13,37 +13,36 @@ from service.api.reading import answered, answered_as_cube
 from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
+from studies.answers import examples
+from studies.answers.targets import targets
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
 from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.document import read_yaml
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 ROUTES = Routes("catalogue", 60, guarded=(router,))
 
 NETCDF = "application/x-netcdf"
-QUESTION: dict[str, JsonValue] = {
-    "speed": ["3 km/s", "6 km/s"],
-    "projectile": "al-2017-t4",
-    "projectile_diameter": "5 mm",
-    "bumper": "al-6061-t6",
-    "bumper_thickness": "1.2 mm",
-    "stand_off": "10 cm",
-    "wall": "al-6061-t6",
-    "wall_thickness": "3.2 mm",
-}
-QUESTION_BODY: dict[str, JsonValue] = {
-    "requestBody": {
-        "required": True,
-        "description": (
-            "A shot at a block (`target`), at a plate (`plate_thickness` too) or at a shield (`bumper`, "
-            "`bumper_thickness`, `stand_off`, `wall`, `wall_thickness`, and a list `further_bumpers`), or the document "
-            "of a sweep. A parameter may have several values: a list, or `start`, `stop` and `step`."
-        ),
-        "content": {
-            "application/json": {"schema": {"type": "object"}, "example": QUESTION},
-            "application/yaml": {"schema": {"type": "object"}},
-        },
+
+
+def _question_body() -> dict[str, JsonValue]:
+    """What may be posted as a question: the parameters of each target, and an example that ships."""
+    stated = " or ".join(
+        f"at a {target.name} ({', '.join(f'`{n}`' for n in target.stated)})" for target in targets().values()
+    )
+    several = "A parameter may have several values: a list, or `start`, `stop` and `step`."
+    as_json: dict[str, JsonValue] = {"schema": {"type": "object"}}
+    if shipped := examples():
+        as_json["example"] = read_yaml(shipped[0].read_text(encoding="utf-8"), shipped[0].name)
+    return {
+        "requestBody": {
+            "required": True,
+            "description": f"A shot {stated}, or the document of a sweep. {several}",
+            "content": {"application/json": as_json, "application/yaml": {"schema": {"type": "object"}}},
+        }
     }
-}
+
+
 QUESTION_ANSWER: dict[str, JsonValue] = {
     "description": "The answer to each shot, and what the catalogue says of each law",
     "content": {
@@ -76,7 +75,7 @@ def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listi
 @written_once("/scenarios", Items[ScenarioModel])
 def list_scenarios() -> Items[ScenarioModel]:
     """Every scenario, with unit, bounds, default and meaning of its parameters."""
-    return Items(items=[ScenarioModel(**scenarios.load(name).describe()) for name in scenarios.names()])
+    return Items(items=[ScenarioModel.model_validate(scenarios.load(name).describe()) for name in scenarios.names()])
 
 
 @written_once("/materials", CatalogueModel)
@@ -91,7 +90,7 @@ def list_laws() -> CatalogueModel:
     return CatalogueModel.model_validate({"items": [laws.load(name).describe() for name in laws.names()]})
 
 
-@router.post("/laws/evaluate", openapi_extra=QUESTION_BODY, responses={200: QUESTION_ANSWER})
+@router.post("/laws/evaluate", openapi_extra=_question_body(), responses={200: QUESTION_ANSWER})
 async def evaluate_laws(request: Request, posted: PostedDocument) -> Response:
     """What every law says of a shot, or of many: value, whether it is in range, source, and the nearest shots.
 

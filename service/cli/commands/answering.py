@@ -1,111 +1,81 @@
-"""Answers of laws and shots without a run: ``whipple laws --at``, and the list of shots on shields."""
+"""Answers of laws and shots without a run: ``whipple laws``."""
 
-import math
+import inspect
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from service.cli.commands import SHOTS, Commands
+from service.cli.commands import SHIPPED, Commands
+from service.cli.commands.catalogue import value_with_unit
 from service.cli.console import print_json, print_table, say
 from service.cli.options import Json
+from studies.answers import examples
+from studies.answers.answer import ShotAnswer, answers, document, shot_in_words
+from studies.answers.question import Question, as_shot, read_question, shot_parameters, single_parameters
+from studies.answers.targets import targets
 from studies.quantities.display import display_of
 from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
-from studies.quantities.units import readable
-from studies.sweeps.document import read_sweep_file, read_yaml, text_of
-
-if TYPE_CHECKING:
-    from studies.answers.answer import ShotAnswer
-    from studies.answers.question import Question
+from studies.quantities.parameters import Parameter
+from studies.sweeps.document import read_sweep_file, read_yaml
 
 app = typer.Typer()
-COMMANDS = Commands("shots", SHOTS, app)
+COMMANDS = Commands("answering", SHIPPED, app, place=1)
 
-OWN = "give a CSV file with a row a shot"
 FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
+# Options that are not called as their parameters are.
+FLAGS = {"projectile_diameter": "--diameter", "projectile_length": "--length", "plate_thickness": "--thickness"}
 
 
-@app.command()
-def shots(
-    where: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FIELD=VALUE", help="For instance wall=AA2219, or speed='6 km/s to 7 km/s'."),
+def laws(
+    at: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Ask every law about the shots of a file (YAML or JSON).")
     ] = None,
-    at: Annotated[Path | None, typer.Option(metavar="FILE", help="The shots nearest to the shield of a file.")] = None,
-    own: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A table of one's own (CSV) in place of those that ship.")
+    out: Annotated[
+        Path | None, typer.Option(help="Write the answer: .html, .svg, .png or .pdf, or laws.nc of many shots.")
     ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Shots that are listed.")] = 20,
     as_json: Json = False,
+    **asked: str | None,
 ) -> None:
-    """List measured shots on Whipple shields, with what became of the wall: filtered, or nearest to a shield first."""
-    from dataclasses import asdict
-
-    from studies.shields.shots import table as measured
-
-    table = measured.published().shots if own is None else measured.read_shots(text_of(own, "--own", OWN))
-    chosen = measured.filtered(table, *measured.read_filters(where or []))
-    if at is not None:
-        chosen = tuple(each.shot for each in measured.nearest(_one_shield(at), chosen, count))
-    if as_json:
-        print_json([asdict(each) for each in chosen[:count]])
-        return
-    failed = sum(each.is_perforated for each in chosen)
-    say(f"{len(chosen)} of {len(table)} shots; the wall failed in {failed}")
-    rows = ([_shown(getattr(each, name), unit) for name, unit, _ in _SHOWN] for each in chosen[:count])
-    print_table([f"{words} ({unit})" if unit else words for _, unit, words in _SHOWN], rows)
-
-
-# Field, unit and heading of a shot in a list.
-_SHOWN = (
-    *(("source", "", "source"), ("shot", "", "shot"), ("outcome", "", "wall"), ("speed", "km/s", "speed")),
-    *(("obliquity", "deg", "angle"), ("projectile_diameter", "mm", "d"), ("bumper_thickness", "mm", "bumper")),
-    *(("stand_off", "mm", "stand-off"), ("wall_thickness", "mm", "wall")),
-    *(("projectile", "", "projectile"), ("bumper", "", "of bumper"), ("wall", "", "of wall")),
-)
-
-
-def _shown(value: Any, unit: str) -> str:
-    """A field of a shot in the unit of its column."""
-    sizes = {"mm": 1e-3, "km/s": 1e3, "deg": math.radians(1.0)}
-    return f"{value / sizes[unit]:.4g}" if unit else str(value)
-
-
-def _one_shield(at: Path) -> Any:
-    """The shot at the shield of a file; raises InvalidInput where it asks about something else."""
-    from studies.answers.question import read_question
-
-    question = read_question(read_sweep_file(at))
-    if question.target != "shield" or question.axes:
-        raise refusal(
-            "--at", str(at), "one shot at a shield", "give bumper, stand_off and wall_thickness, and no list of values"
-        )
-    return question.shot(question.fixed)
-
-
-def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
-    """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
-    from studies.answers.answer import answers, document
-    from studies.answers.question import as_shot, read_question
-
+    """Ask all published laws about a shot: --at FILE, or --speed, --projectile, ..."""
+    given = {name: value for name, value in asked.items() if value is not None}
+    if at is None and not given:
+        raise refusal("laws", "no shot", "--at FILE, or --speed, ...", "name a shot; `whipple list laws` lists them")
     question = read_question({**(as_shot(read_sweep_file(at)) if at else {}), **given})
     if out is not None:
         say(f"written: {_write(question, out)}")
-        return
-    if as_json:
+    elif as_json:
         print_json(document(question))
-        return
-    for number, answer in enumerate(answers(question)):
-        if number:
-            say("")
-        _show_answer(answer, [axis.name for axis in question.axes])
+    else:
+        for number, answer in enumerate(answers(question)):
+            if number:
+                say("")
+            _show_answer(answer, [axis.name for axis in question.axes])
 
 
-def _write(question: "Question", out: Path) -> Path:
+def _option(parameter: Parameter) -> inspect.Parameter:
+    """A parameter of a shot as an option of the command."""
+    flag = FLAGS.get(parameter.name, f"--{parameter.name.replace('_', '-')}")
+    metavar = "MATERIAL" if parameter.kind == "material" else "QUANTITY"
+    option = typer.Option(flag, metavar=metavar, help=f"{parameter.meaning.capitalize()}.")
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(parameter.name, kind, default=None, annotation=Annotated[str | None, option])
+
+
+def _signature() -> inspect.Signature:
+    """Of the command, with an option for each parameter of which a shot has one."""
+    *own, _ = inspect.signature(laws).parameters.values()
+    return inspect.Signature([*own, *map(_option, single_parameters().values())])
+
+
+# Typer makes its options of the signature.
+laws.__signature__ = _signature()  # type: ignore[attr-defined]  # as inspect.signature has it
+app.command()(laws)
+
+
+def _write(question: Question, out: Path) -> Path:
     """The answer as a file, by the ending of its name; raises InvalidInput."""
-    from studies.answers.answer import answers
-
     if not out.parent.is_dir():
         raise refusal("--out", str(out), "a file in a folder that exists", f"create the folder {out.parent}")
     if out.suffix == ".nc":
@@ -114,7 +84,7 @@ def _write(question: "Question", out: Path) -> Path:
         content = netcdf(question)
         return write_atomically(out, lambda file: file.write_bytes(content))
     if out.suffix not in FORMATS:
-        raise refusal("--out", str(out), f"a name that ends in .nc, {', '.join(FORMATS)}", "write shield.html")
+        raise refusal("--out", str(out), f"a name that ends in .nc, {', '.join(FORMATS)}", "write laws.html")
     if question.axes:
         cure = "write laws.nc, or give each parameter one value"
         raise refusal("--out", str(out), "a page or a picture of one shot", cure)
@@ -131,10 +101,6 @@ def _write(question: "Question", out: Path) -> Path:
 
 def print_examples(folder: Path) -> None:
     """Print what laws and shots say about the questions that ship, and write their pages."""
-    from studies.answers import examples
-    from studies.answers.answer import answers, shot_in_words
-    from studies.answers.question import read_question
-
     for example in examples():
         question = read_question(read_yaml(example.read_text(encoding="utf-8"), example.name))
         [answer] = answers(question)
@@ -142,15 +108,13 @@ def print_examples(folder: Path) -> None:
         _write(question, folder / f"{example.stem}.html")
 
 
-def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
-    from studies.answers.question import shot_parameters
-    from studies.answers.targets import targets
-
+def _show_answer(answer: ShotAnswer, varied: list[str]) -> None:
     target = targets()[answer.target]
     told = target.told(answer.addition) if answer.addition else None
     if varied:
-        units = {name: each.unit for name, each in shot_parameters().items()}
-        say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
+        values = ((name, answer.parameters[name], shot_parameters()[name].unit) for name in varied)
+        said = (f"{name} {value_with_unit(value, unit)}" for name, value, unit in values)
+        say(", ".join(said))
     for line in told.lines if told else ():
         say(line)
     for quantity in answer.quantities:
@@ -163,14 +127,14 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(f"\n{quantity.title} ({unit.unit})")
         rows = (
             (
-                *(each.law.name, each.printed(quantity.unit), "yes" if each.in_range else f"no: {each.outside}"),
-                *(each.law.use, each.law.source),
+                *(said.law.name, said.printed(quantity.unit), "yes" if said.in_range else f"no: {said.outside}"),
+                *(said.law.use, said.law.source),
             )
-            for each in quantity.laws
-            if not each.is_for_another_material
+            for said in quantity.laws
+            if not said.is_for_another_material
         )
         print_table(("law", "value", "in its range", "use", "source"), rows)
-        if others := [each.law.name for each in quantity.laws if each.is_for_another_material]:
+        if others := [said.law.name for said in quantity.laws if said.is_for_another_material]:
             say(f"for targets of another material: {', '.join(others)}")
     if answer.shots:
         say("\nPublished shots, nearest first")
@@ -179,7 +143,3 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         print_table(("measured", "value", "source", "confidence", "note"), measured)
     elif target.table:
         say("\nNo published shot of these metals ships.")
-
-
-def _readable(value: Any, unit: str | None) -> str:
-    return readable(value, unit) if unit else str(value)

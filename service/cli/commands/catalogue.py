@@ -2,16 +2,13 @@
 
 from collections.abc import Iterable
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands import SHIPPED, Commands
-from service.cli.commands.answering import print_answers
 from service.cli.console import print_json, print_table
 from service.cli.options import Json
-from studies.quantities.findings import refusal
 from studies.quantities.parameters import Parameter, declared
 from studies.quantities.units import readable
 
@@ -59,7 +56,7 @@ def list_kind(
 def _list_materials(materials: "Iterable[Material]") -> None:
     rows = (
         (
-            *(each.name, each.title, each.family, _value(each.density, each.sources["density"].unit)),
+            *(each.name, each.title, each.family, value_with_unit(each.density, each.sources["density"].unit)),
             *(each.eos.kind, each.strength.kind),
         )
         for each in materials
@@ -71,7 +68,12 @@ def _show_material(material: "Material") -> None:
     print(f"{material.name}: {material.title} ({material.family}; {material.eos.kind}, {material.strength.kind})")
     stated = sorted(material.sources.items(), key=lambda item: item[0].startswith("yield_stresses."))
     rows = (
-        (path.replace("yield_stresses.", "yield stress: "), _value(each.value, each.unit), each.confidence, each.source)
+        (
+            path.replace("yield_stresses.", "yield stress: "),
+            value_with_unit(each.value, each.unit),
+            each.confidence,
+            each.source,
+        )
         for path, each in stated
     )
     print_table(("constant", "value", "confidence", "source"), rows)
@@ -110,56 +112,13 @@ def _show_scenario(scenario: "Scenario") -> None:
 def _default(parameter: Parameter) -> str:
     if parameter.required:
         return "required"
-    return "" if parameter.default is None else _value(parameter.default, parameter.unit)
+    return "" if parameter.default is None else value_with_unit(parameter.default, parameter.unit)
 
 
-def _value(value: float | str | None, unit: str | None) -> str:
+def value_with_unit(value: float | str | None, unit: str | None) -> str:
     """A value with its unit, as a sweep document writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if value is None:
         return "none"
     return readable(value, unit) if unit and not isinstance(value, str) else str(value)
-
-
-# --- the laws about a shot ------------------------------------------------------------------------
-
-
-def _quantity(flag: str, words: str) -> typer.models.OptionInfo:
-    option: typer.models.OptionInfo = typer.Option(flag, metavar="QUANTITY", help=words)
-    return option
-
-
-@app.command("laws")
-def laws_about(
-    at: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Ask every law about the shots of a file (YAML or JSON).")
-    ] = None,
-    speed: Annotated[str | None, _quantity("--speed", "Ask about a shot at this speed: 6 km/s.")] = None,
-    projectile: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Material of the projectile.")] = None,
-    projectile_diameter: Annotated[str | None, _quantity("--diameter", "Diameter of the projectile: 5 mm.")] = None,
-    projectile_length: Annotated[str | None, _quantity("--length", "Length of a cylinder; none: a sphere.")] = None,
-    target: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Material of a plate or a block.")] = None,
-    plate_thickness: Annotated[str | None, _quantity("--thickness", "Of a plate; none: a block.")] = None,
-    bumper: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Bumper of a shield.")] = None,
-    bumper_thickness: Annotated[str | None, _quantity("--bumper-thickness", "Of a shield's bumper.")] = None,
-    stand_off: Annotated[str | None, _quantity("--stand-off", "Between bumper and wall of a shield: 10 cm.")] = None,
-    wall_thickness: Annotated[str | None, _quantity("--wall-thickness", "Thickness of a shield's wall.")] = None,
-    wall: Annotated[str | None, typer.Option(metavar="MATERIAL", help="A shield's wall; none: as its bumper.")] = None,
-    obliquity: Annotated[str | None, _quantity("--obliquity", "Angle from the target's normal: 45 deg.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Write the answer: .html, .svg, .png or .pdf, or laws.nc of many shots.")
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Ask all published laws about a shot: --at FILE, or --speed, --projectile, ..."""
-    asked = {
-        **{"speed": speed, "projectile": projectile, "projectile_diameter": projectile_diameter},
-        **{"projectile_length": projectile_length, "target": target, "plate_thickness": plate_thickness},
-        **{"bumper": bumper, "bumper_thickness": bumper_thickness, "stand_off": stand_off},
-        **{"wall_thickness": wall_thickness, "wall": wall, "obliquity": obliquity},
-    }
-    given = {name: value for name, value in asked.items() if value is not None}
-    if at is None and not given:
-        raise refusal("laws", "no shot", "--at FILE, or --speed, ...", "name a shot; `whipple list laws` lists them")
-    print_answers(at, given, out, as_json=as_json)

@@ -61,7 +61,7 @@ def demo(
         typer.Option("--warm", help="Only compile the kernels of the examples, with both recipes, into the cache."),
     ] = False,
 ) -> None:
-    """Ask laws and shots about a shield, and compute example sweeps: holes and craters, or those that are named."""
+    """Answer the questions that ship, and compute example sweeps: holes and craters, or those that are named."""
     from service.cli.local import STORE_OF_FOLDER, run_sweeps
     from service.client.progress import showing_progress
     from studies.sweeps import examples

@@ -1,6 +1,5 @@
 """A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -22,17 +21,16 @@ from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart, ChartLine
 from service.pages.computed import SingleRun, alone
 from service.pages.grid import in_words, quantities_of, value_of
+from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, drawn, page
 from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
-from studies.laws import critical
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Value, declared
-from studies.shields.shots.drawn import beside_held, failures_found
 from studies.sweeps.reading import RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -193,9 +191,8 @@ def _printed(
     kind = kind_of(measurement.unit)
     if measurement.is_outcome and value is not None:
         text = measurement.outcomes[round(value)]
-        if name in critical() and not value:  # a wall holds
-            normal_speed = float(parameters["speed"] or 0.0) * math.cos(float(parameters.get("obliquity") or 0.0))
-            text = f"{text}; {beside_held(failures_found(str(parameters.get('failure')), normal_speed))}"
+        if (note := note_on(name)) and (told := note.of_run(value, parameters)):
+            text = f"{text}; {told}"
     else:
         text = printed_beside(value, kind, uncertainty)
     return PrintedNumber(

@@ -31,15 +31,13 @@ from service.pages.browsers import idempotency_of
 from service.pages.charts import Chart
 from service.pages.computed import FurtherValues, longer
 from service.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
+from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, drawn, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
-from studies.laws import critical
 from studies.quantities.files import REPORT_JSON
-from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Plain
-from studies.shields.shots.drawn import beside_walls
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 PAGE = PageRoutes("sweeps", 10, router, (("/", "Sweeps"),))
@@ -160,21 +158,12 @@ def show_sweep(
         quantity=measurements.load(shown.quantity),
         quantities=[measurements.load(each) for each in quantities],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
-        note=_beside_walls(shown.document) if shown.quantity in critical() else "",
+        note=note.of_sweep(shown.document) if (note := note_on(shown.quantity)) else "",
         once=secrets.token_urlsafe(),
         may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
         events=None if status.is_terminal else sweep.links["events"],
     )
-
-
-def _beside_walls(document: Mapping[str, Plain]) -> str:
-    """What stands below the walls of a canonical document: how many failures simulations like them find."""
-    axes, fixed = document.get("axes"), document.get("fixed")
-    failures = axes.get("failure") if isinstance(axes, Mapping) else None
-    if not isinstance(failures, list):
-        failures = [fixed.get("failure", NO_FAILURE) if isinstance(fixed, Mapping) else NO_FAILURE]
-    return beside_walls(map(str, failures))
 
 
 def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:

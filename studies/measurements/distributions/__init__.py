@@ -6,7 +6,7 @@ several; it offers no module here.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from solver.registry import entries
 
@@ -45,7 +45,7 @@ class Distribution:
     unit: str
     meaning: str
     bins: tuple[Bins, ...]
-    read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
+    read: Callable[..., "np.ndarray"]  # of a view of its family, with the shape of the bins
     version: int = 1
 
 

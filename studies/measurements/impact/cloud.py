@@ -17,15 +17,14 @@ place when it lies farther out, each particle spread evenly over its initial wid
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, OnGrid, Reading
-from studies.measurements.impact.connected import connected
+from studies.measurements._settings import Breakup, CloudSetting, Melting
 from studies.measurements.impact.edges import place_holding
-from studies.measurements.impact.matter import Breakup, Melting
-from studies.measurements.impact.view import rim_of
+from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION
 
 if TYPE_CHECKING:
@@ -71,28 +70,7 @@ class CloudView(OnGrid):
         return self.depth < -off
 
 
-class DebrisSetting(Protocol):
-    """What the view asks the setting of an impact."""
-
-    @property
-    def problem(self) -> "Problem": ...
-    @property
-    def sector(self) -> float: ...
-    @property
-    def target(self) -> str: ...
-    @property
-    def projectile_diameter(self) -> float: ...
-    @property
-    def thickness(self) -> float: ...
-    @property
-    def speed(self) -> float: ...
-    @property
-    def breakup(self) -> tuple[Breakup, ...]: ...
-    @property
-    def melting(self) -> tuple[Melting | str, ...]: ...
-
-
-def view(setting: DebrisSetting, snapshot: "Snapshot") -> CloudView:
+def view(setting: CloudSetting, snapshot: "Snapshot") -> CloudView:
     """The view of a snapshot."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis

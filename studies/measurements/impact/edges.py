@@ -5,16 +5,18 @@ finer than a cell, and one stray particle does not move them.
 """
 
 import math
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
 HALF = 0.5  # of the undisturbed density: an edge
 SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samples
+# The undisturbed weight between two places, or between those of two arrays.
+Nominal = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def edge_from_outside(
-    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
+    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Nominal
 ) -> float:
     """Walk from ``start`` down to ``stop`` and return where matter ends, NaN where it never does.
 
@@ -32,7 +34,7 @@ def edge_from_outside(
 
 
 def edge_from_inside(
-    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
+    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Nominal
 ) -> float:
     """Walk from ``stop`` up to ``start`` and return where matter begins; ``start`` where it never does.
 
@@ -54,7 +56,7 @@ def edge_from_inside(
 
 
 def _share_of_nominal(
-    place: np.ndarray, weight: np.ndarray, width: float, window: float, centre: np.ndarray, nominal: Any
+    place: np.ndarray, weight: np.ndarray, width: float, window: float, centre: np.ndarray, nominal: Nominal
 ) -> np.ndarray:
     """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
     low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window

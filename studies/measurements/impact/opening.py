@@ -107,22 +107,23 @@ RadiiOf = Callable[[ImpactView], tuple[np.ndarray, tuple[str, ...]]]  # (sectors
 
 def axes_of(noun: str, where: str, version: int, radii_of: RadiiOf) -> list[Measurement]:
     """The axes of an opening of which ``radii_of`` reads the radii and flags."""
-    return [_axis(axis, noun, where, version, radii_of) for axis in AXES]
 
+    def reader(pick: Callable[[np.ndarray], float]) -> Callable[[ImpactView], Reading]:
+        def read(view: ImpactView) -> Reading:
+            radii, flags = radii_of(view)
+            return Reading(pick(_diameters(view, radii)), parts_of(view, radii), flags)
 
-def _axis(axis: str, noun: str, where: str, version: int, radii_of: RadiiOf) -> Measurement:
-    title, meaning, pick = AXES[axis]
+        return read
 
-    def read(view: ImpactView) -> Reading:
-        radii, flags = radii_of(view)
-        return Reading(pick(_diameters(view, radii)), parts_of(view, radii), flags)
-
-    return Measurement(
-        name=f"{noun}_diameter_{axis}",
-        title=f"{title} of the {noun}",
-        unit="m",
-        meaning=f"{meaning} of the {noun} {where}, through its middle: the sums of the radii of opposite sectors, one "
-        "over their square as a constant and two cosines of the azimuth; of a body of revolution its diameter",
-        version=version,
-        definition=read,
-    )
+    return [
+        Measurement(
+            name=f"{noun}_diameter_{axis}",
+            title=f"{title} of the {noun}",
+            unit="m",
+            meaning=f"{meaning} of the {noun} {where}, through its middle: the sums of the radii of opposite sectors, "
+            "one over their square as a constant and two cosines of the azimuth; of a body of revolution its diameter",
+            version=version,
+            definition=reader(pick),
+        )
+        for axis, (title, meaning, pick) in AXES.items()
+    ]

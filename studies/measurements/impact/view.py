@@ -2,12 +2,19 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from studies.measurements import OnGrid
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.impact.edges import overlap
+
+if TYPE_CHECKING:
+    from solver.problem import Body
+    from solver.problem.geometry import Axisymmetric, Cartesian3D
+    from solver.state import Snapshot
 
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
 OPEN = 0.5  # of the nominal areal density, below which a cell is open: the edge of a hole
@@ -65,14 +72,13 @@ class ImpactView(OnGrid):
 
     def only(self, places: np.ndarray) -> "ImpactView":
         """The view of the particles at some indices (k,)."""
-        arrays: dict[str, Any] = {
-            name: value[places] for name, value in vars(self).items() if isinstance(value, np.ndarray)
-        }
-        return replace(self, **arrays)
+        return replace(
+            self, **{name: value[places] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        )
 
 
-def view(setting: Any, snapshot: Any) -> ImpactView:
-    """The view of a snapshot (``solver.state.Snapshot``) in a scenario's ``Setting``."""
+def view(setting: ImpactSetting, snapshot: "Snapshot") -> ImpactView:
+    """The view of a snapshot."""
     from solver.problem.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
@@ -103,14 +109,15 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
             axis=axis,
         )
     plane = plane - centre
-    sector, sectors = _sectors(setting, plane)
+    sectors = 1 if axis == 1 else max(1, round(setting.sector / SECTOR))
+    angle = np.zeros(len(plane)) if axis == 1 else np.arctan2(plane[:, 1], plane[:, 0])
     at_target_density = np.array([body.density / other.density for other in problem.bodies])
     return ImpactView(
         radius=np.sqrt((plane**2).sum(axis=1)),
         depth=position[:, axis],
         mass=particles.mass[living] * (sectors / setting.sector) * at_target_density[body_of],
         speed=np.sqrt((particles.velocity[living] ** 2).sum(axis=1)),
-        sector=sector,
+        sector=_sector_of(angle, setting.sector, sectors),
         sectors=sectors,
         target=target,
         attached=_touching(problem.geometry, cell, np.ones_like(target), rim),
@@ -131,7 +138,7 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
 
 
 def _centre_of_opening(
-    plane: np.ndarray, depth: np.ndarray, mass: np.ndarray, *, body: Any, setting: Any, axis: int
+    plane: np.ndarray, depth: np.ndarray, mass: np.ndarray, *, body: "Body", setting: ImpactSetting, axis: int
 ) -> np.ndarray:
     """Centroid (2,) of the largest opening in a half model (m): a hole, else the mouth of a crater, else the origin.
 
@@ -177,7 +184,7 @@ def _centre_of_hole(
     return np.array([edges[0] + cell * (column.mean() + 0.5), 0.0])
 
 
-def rim_of(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
+def rim_of(setting: ImpactSetting, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Particles of the target where its rim stands, a cell in front and behind included; no debris that flies past.
 
     A rim that nothing holds drifts: it stands where most of the target is that is so far out.
@@ -194,52 +201,40 @@ def rim_of(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarra
     return far & (depth >= front) & (depth <= front + reach)
 
 
-def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:
-    if plane.shape[1] == 1:
-        return np.zeros(plane.shape[0], np.int64), 1
-    sectors = max(1, round(setting.sector / SECTOR))
-    angle = np.arctan2(plane[:, 1], plane[:, 0])
-    return _sector_of(angle, setting.sector, sectors), sectors
-
-
 def _sector_of(angle: np.ndarray, span: float, sectors: int) -> np.ndarray:
     """Index (n,) of the sector at an angle (rad)."""
     return np.clip((angle / span * sectors).astype(np.int64), 0, sectors - 1)
 
 
-def hanging_together(geometry: Any, position: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:
+def hanging_together(
+    geometry: "Axisymmetric | Cartesian3D", position: np.ndarray, among: np.ndarray, seed: np.ndarray
+) -> np.ndarray:
     """Which particles at positions (n, 3), ``among`` some, hang together with a seed (n, bool) as for the solver."""
     return _touching(geometry, _cells(geometry, position), among, seed)
 
 
-def _shape(geometry: Any) -> tuple[int, ...]:
-    """Cells along each axis, at least one."""
-    return tuple(int(max(count, 1)) for count in geometry.cells)
-
-
-def _cells(geometry: Any, position: np.ndarray) -> np.ndarray:
+def _cells(geometry: "Axisymmetric | Cartesian3D", position: np.ndarray) -> np.ndarray:
     """Index (n,) of each particle's cell among all of them, the last axis fastest; outside the grid, of the nearest."""
     cell = np.zeros(position.shape[0], np.int64)
-    for axis, count in enumerate(_shape(geometry)):
-        if count == 1:
-            continue
-        place = position[:, axis] - geometry.lower[axis]
-        place /= geometry.spacing
-        cell *= count
-        cell += np.clip(place, 0.0, count - 1, out=place).astype(np.int64)
+    for axis, count in enumerate(geometry.cells):
+        if count > 1:
+            place = (position[:, axis] - geometry.lower[axis]) / geometry.spacing
+            cell = cell * count + np.clip(place, 0.0, count - 1).astype(np.int64)
     return cell
 
 
-def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:
+def _touching(
+    geometry: "Axisymmetric | Cartesian3D", cell: np.ndarray, among: np.ndarray, seed: np.ndarray
+) -> np.ndarray:
     """Which particles hang together with the seed: two touch when their cells are the same or neighbours.
 
     That is when they share a node, which is all that makes them one body for the solver. Matter that has failed bears
-    no tension and holds nothing: of a plate or a wall it is not ``among`` them. On the floor of a crater it lies.
+    no tension and holds nothing, so that a plate or a wall is looked for without it; the floor of a crater includes it.
     """
     touching = np.zeros(among.size, bool)
     if not (among & seed).any():
         return touching
-    occupied = np.zeros(_shape(geometry), bool)
+    occupied = np.zeros(np.maximum(geometry.cells, 1), bool)
     occupied.reshape(-1)[cell[among]] = True
     from scipy import ndimage
 
@@ -250,3 +245,30 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
     reached[labels[among & seed]] = True
     touching[among] = reached[labels[among]]
     return touching
+
+
+def connected(cell: np.ndarray) -> np.ndarray:
+    """Number (n,) of the connected piece of each particle, by its cell (n, 3): cells touch at corners too.
+
+    The work grows with the number of particles, however far apart they are.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not cell.size:
+        return np.zeros(0, np.int64)
+    cell = cell - cell.min(axis=0) + 1
+    size = cell.max(axis=0) + 2
+    stride = np.array([size[1] * size[2], size[2], 1])
+    occupied, of = np.unique(cell @ stride, return_inverse=True)
+    pairs = []
+    # Half of the neighbours: the others see the pair from their side.
+    for offset in [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]:
+        wanted = occupied + np.array(offset) @ stride
+        place = np.searchsorted(occupied, wanted)
+        found = np.flatnonzero(occupied[np.minimum(place, occupied.size - 1)] == wanted)
+        pairs.append(np.stack([found, place[found]]))
+    first, second = np.concatenate(pairs, axis=1)
+    graph = coo_array((np.ones(first.size, bool), (first, second)), shape=(occupied.size,) * 2)
+    piece: np.ndarray = connected_components(graph, directed=False)[1]
+    return piece[of.ravel()].astype(np.int64)

@@ -7,26 +7,36 @@ lattice cylinder differs by 1 %.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from solver.steppers import meshing
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
+from studies.measurements._settings import BarSetting, References
 from studies.quantities.findings import Finding
-from studies.scenarios import Setting, SetUp, Size
-from studies.scenarios.parts.lattice import SECTORS, along_flight, body, flight_axis, lattice, mesh, points
+from studies.quantities.parameters import Plain
+from studies.quantities.units import readable, round_quantity
+from studies.scenarios import SetUp, Size
+from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, points
 from studies.scenarios.parts.loading import Loading
-from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_coupled, is_meshed
+from studies.scenarios.parts.method import ON_GRID
 from studies.scenarios.parts.numerics import Numerics
-from studies.scenarios.parts.outline import Dimension, Outline, Shape
+from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 
 if TYPE_CHECKING:
     import numpy as np
 
     from solver.matter.laws import Matter
-    from solver.problem import Body, Face
+    from solver.problem import Body
     from solver.state import Snapshot
     from studies.measurements.bar import BarView
+    from studies.scenarios.parts.lattice import Geometry
+
+FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
+# Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie
+# within one and a half of it: they stay apart until the bar is half as long.
+LEAST_CELLS = 8.0
+FINER = "raise the resolution (cells per diameter)"
 
 BarSpeed = Annotated[
     MetrePerSecond, Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3)
@@ -53,188 +63,33 @@ class Wall:
     ] = "unilateral"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Extent:
-    """A bar in numbers, and the room and time that it gets."""
+class BarSetUp(SetUp[BarSetting, "BarView"]):
+    """Parameters of a bar at a wall; a scenario declares them."""
 
-    length: float  # m
-    diameter: float  # m
-    speed: float  # m/s
-    fastest: float  # of matter, with its loads, m/s
-    cell: float  # m
-    height: float  # of the grid, m
-    radius: float  # of the grid, m
-    end_time: float  # s
-
-
-NO_OTHERS = (None, None, None)
-
-
-@dataclass(frozen=True, kw_only=True)
-class BarSetting(Setting):
-    """A bar as its observer needs to know it."""
-
-    length: float  # m
-    diameter: float  # m
-    speed: float  # m/s
-    place: "np.ndarray"  # (n, 3) of each particle in the initial lattice: across, across, along
-    # Length, mushroom diameter and width to be compared with, m.
-    references: tuple[float | None, float | None, float | None] = NO_OTHERS
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bar:
-    """A bar at the moment when it touches the wall; what is asked of it needs filled records."""
-
-    extent: Extent
     wall: Wall
+    speed: float
+    bar_length: float
+    bar_diameter: float
+    cells_per_diameter: float
+    end_time: float | None
     loading: Loading
     numerics: Numerics
-    method: MethodChoice = ON_GRID
-
-    def check(self, *, density: float, sound: float) -> Iterator[Finding]:
-        """It is as long as a cell at least, square in three dimensions alone, and bears its loads.
-
-        Its diameter has two cells by its own bounds.
-        """
-        extent = self.extent
-        yield from self.loading.check(
-            speed=extent.speed,
-            density=density,
-            sound=sound,
-            time=extent.end_time,
-            length=extent.length,
-            cell=extent.cell,
-        )
-        if extent.length < extent.cell:
-            cure = "raise the resolution (cells per diameter)"
-            yield Finding("bar_length", f"{extent.length:g} m", f"at least a cell, {extent.cell:g} m", cure)
-        if self.wall.section == "square" and self.wall.geometry == "axisymmetric":
-            yield Finding("section", "square", "round in a body of revolution", "set geometry to quarter")
-
-    def size(self, sound: float) -> Size:
-        """Particles from the volume, and steps from the stable step of the undisturbed state."""
-        extent = self.extent
-        if self.wall.geometry == "axisymmetric":
-            particles = 0.5 * extent.diameter * extent.length / self.step**2
-        else:
-            particles = self.section * extent.length / self.step**3
-        dt = self.numerics.mean_step(extent.cell, sound=sound, speed=extent.fastest)
-        return Size(particles=round(particles), steps=math.ceil(extent.end_time / dt))
-
-    def build(
-        self, matter: "Matter", density: float, references: tuple[float | None, float | None, float | None] = NO_OTHERS
-    ) -> BarSetting:
-        """The problem, for a density (kg/m3), and the sizes to compare with (m)."""
-        from solver.problem import Problem
-
-        extent, axis = self.extent, flight_axis(self.wall.geometry)
-        geometry, faces = self._grid()
-        bodies, place = (self._meshed if is_meshed(self.method) else self._filled)(matter, density, geometry)
-        return BarSetting(
-            problem=Problem(
-                geometry=geometry,
-                bodies=bodies,
-                faces=faces,
-                end_time=extent.end_time,
-                **self.loading.arguments(axis=axis, end_time=extent.end_time),
-                **self.numerics.arguments(self.method),
-            ),
-            sector=SECTORS[self.wall.geometry],
-            length=extent.length,
-            diameter=extent.diameter,
-            speed=extent.speed,
-            place=place,
-            references=references,
-        )
+    method = ON_GRID
 
     @property
-    def step(self) -> float:
-        """Distance of two particles, m."""
-        return self.extent.cell / self.numerics.choices.particles_per_cell
+    def cell(self) -> float:
+        """Size of a cell, m."""
+        return self.bar_diameter / self.cells_per_diameter
 
     @property
-    def section(self) -> float:
-        """Area of the section that the model has, m2 (m2 per radian)."""
-        radius = 0.5 * self.extent.diameter
-        if self.wall.geometry == "axisymmetric":
-            return 0.5 * radius**2
-        return (1.0 if self.wall.section == "square" else 0.25 * math.pi) * radius**2
+    def end(self) -> float:
+        """End of the run, s."""
+        assert self.end_time is not None
+        return self.end_time
 
-    def _grid(self) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
-        from solver.problem import Face
-
-        extent = self.extent
-        return mesh(
-            self.wall.geometry,
-            across=math.ceil(extent.radius / extent.cell - 1e-9),
-            along=math.ceil(extent.height / extent.cell - 1e-9),
-            front=0.0,
-            cell=extent.cell,
-            side=(Face.SYMMETRIC, Face.FREE),
-            flight=(Face.WALL if self.wall.wall == "unilateral" else Face.SYMMETRIC, Face.FREE),
-        )
-
-    def _filled(self, matter: "Matter", density: float, geometry: Any) -> tuple[tuple["Body", ...], "np.ndarray"]:
-        """The bar, and the place of each of its particles in the lattice."""
-        import numpy as np
-
-        extent, flat = self.extent, self.wall.geometry == "axisymmetric"
-        radius = 0.5 * extent.diameter
-        where = lattice(self.wall.geometry, breadth=radius, begin=0.0, end=extent.length, step=self.step)
-        across, layers = round(radius / where.spacing[0]), round(extent.length / where.spacing[where.axis])
-        place = points(np.arange(across), np.arange(1 if flat else across), np.arange(layers))
-        if self.wall.section == "round":
-            inside = where.radius < radius
-            where, place = where.where(inside), place[inside]
-        made = body(
-            "bar",
-            matter,
-            geometry,
-            where,
-            velocity=along_flight(self.wall.geometry, -extent.speed),
-            density=density,
-            volume=self.section * extent.length,
-        )
-        return (made,), place
-
-    def _meshed(self, matter: "Matter", density: float, geometry: Any) -> tuple[tuple["Body", ...], "np.ndarray"]:
-        """A square bar of elements, or of these and of particles below them, and the place of each node or particle."""
-        import numpy as np
-
-        from solver.problem import Body
-
-        extent, make = self.extent, meshing(self.method.method)
-        pieces, layers = (max(1, round(whole / self.step)) for whole in (0.5 * extent.diameter, extent.length))
-        across = np.linspace(0.0, 0.5 * extent.diameter, pieces + 1)
-        along = np.linspace(0.0, extent.length, layers + 1)
-        middle = layers // 2 if is_coupled(self.method) else 0
-        parts = [("bar-elements" if middle else "bar", middle, layers)]
-        parts += [("bar", 0, middle)] if middle else []
-        bodies, places = [], []
-        for number, (name, begin, end) in enumerate(parts):
-            position, elements = make.box(across, across, along[begin : end + 1])
-            bodies.append(
-                Body(
-                    name=name,
-                    matter=matter,
-                    position=position,
-                    velocity=np.array([0.0, 0.0, -extent.speed]),
-                    mass=make.node_masses(elements, position, density),
-                    density=density,
-                    spacing=(across[1], across[1], along[1]),
-                    mesh=None if number else elements,
-                )
-            )
-            corners = np.arange(pieces + 1)
-            places.append(points(corners, corners, np.arange(begin, end + 1)))
-        return tuple(bodies), np.concatenate(places)
-
-
-class BarSetUp(SetUp):
-    """The parameters of a bar: which, its scenario says."""
-
-    cells_per_diameter: float
+    def fastest(self, impedance: float) -> float:
+        """Speed of the fastest matter with its loads, m/s; ``impedance`` is rho c, Pa s/m."""
+        return self.speed + self.loading.added_speed(impedance=impedance, time=self.end)
 
     @staticmethod
     def view(setting: BarSetting, snapshot: "Snapshot") -> "BarView":
@@ -246,12 +101,11 @@ class BarSetUp(SetUp):
         return {"cells_per_diameter": self.cells_per_diameter}
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         """The bar as it touches the wall."""
-        high, wide = values.get("bar_length"), values.get("bar_diameter")
-        if not high or not wide:
+        high, half = number(values, "bar_length"), 0.5 * number(values, "bar_diameter")
+        if not high or not half:
             return None
-        half = 0.5 * wide
         bar = Shape("bar", -half, half, 0.0, high, heading=(0.0, -1.0))
         wall = Shape("wall", -3.0 * half, 3.0 * half, -0.3 * half, 0.0)
         dimensions = (
@@ -259,3 +113,150 @@ class BarSetUp(SetUp):
             Dimension("bar_length", (half, 0.0), (half, high)),
         )
         return Outline((bar, wall), dimensions)
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar at the moment when it touches the wall, by its filled parameters."""
+
+    parameters: BarSetUp
+    _: KW_ONLY
+    density: float  # kg/m3
+    sound: float  # speed of elastic waves along it, m/s
+    height: float  # of the grid, m
+    radius: float  # of the grid, m
+
+    def check(self) -> Iterator[Finding]:
+        """It is as long as a cell at least, square in three dimensions alone, and bears its loads.
+
+        Its diameter has two cells by its own bounds.
+        """
+        own = self.parameters
+        yield from own.loading.check_pulse(own.end)
+        yield from self._check_loads()
+        if own.bar_length < own.cell:
+            yield Finding("bar_length", f"{own.bar_length:g} m", f"at least a cell, {own.cell:g} m", FINER)
+        if own.wall.section == "square" and own.wall.geometry == "axisymmetric":
+            yield Finding("section", "square", "round in a body of revolution", "set geometry to quarter")
+
+    def _check_loads(self) -> Iterator[Finding]:
+        """A bar that rests has loads, which keep it slow enough for small strains."""
+        own, loading = self.parameters, self.parameters.loading
+        why = f"at which matter moves at {FASTEST:g} of its wave speed"
+        fastest, gravity, least = FASTEST * self.sound, abs(loading.gravity), LEAST_CELLS * own.cell
+        largest = self.density * self.sound * fastest
+        if loading.pressure is not None and abs(loading.pressure) > largest:
+            limit = f"at most {readable(round_quantity(largest), 'Pa')}, {why}"
+            yield Finding("pressure", readable(loading.pressure, "Pa"), limit, "choose a lower pressure")
+        if gravity * own.end > fastest:
+            limit = f"at most {round_quantity(fastest / own.end):g} m/s2, {why} at the end"
+            yield Finding("gravity", f"{loading.gravity:g} m/s2", limit, "choose less gravity, or an earlier end_time")
+        if own.speed == 0.0 and not loading.pressure and not gravity:
+            limit = "more than 0 m/s for a bar without loads"
+            yield Finding("speed", "0 m/s", limit, "give speed, pressure or gravity")
+        if loading.pressure and own.bar_length < least:
+            limit = f"at least {LEAST_CELLS:g} cells under a pressure, {readable(least, 'm')}"
+            yield Finding("bar_length", readable(own.bar_length, "m"), limit, FINER)
+
+    def size(self, sound: float) -> Size:
+        """Particles from the volume, and steps from the stable step at a speed of waves in space (m/s)."""
+        own = self.parameters
+        if own.wall.geometry == "axisymmetric":
+            particles = 0.5 * own.bar_diameter * own.bar_length / self.step**2
+        else:
+            particles = self.section * own.bar_length / self.step**3
+        dt = own.numerics.mean_step(own.cell, sound=sound, speed=own.fastest(self.density * self.sound))
+        return Size(particles=round(particles), steps=math.ceil(own.end / dt))
+
+    def build(self, matter: "Matter", references: References = (None, None, None)) -> BarSetting:
+        """The problem of a bar of some matter, with the sizes to compare with (m)."""
+        from solver.problem import Face, Problem
+
+        own, geometry = self.parameters, self.parameters.wall.geometry
+        grid, faces = mesh(
+            geometry,
+            across=math.ceil(self.radius / own.cell - 1e-9),
+            along=math.ceil(self.height / own.cell - 1e-9),
+            front=0.0,
+            cell=own.cell,
+            side=(Face.SYMMETRIC, Face.FREE),
+            flight=(Face.WALL if own.wall.wall == "unilateral" else Face.SYMMETRIC, Face.FREE),
+        )
+        bodies, place = self._meshed(matter) if own.method.is_meshed else self._filled(matter, grid)
+        problem = Problem(geometry=grid, bodies=bodies, faces=faces, end_time=own.end)
+        return BarSetting(
+            problem=own.numerics.applied_to(own.loading.applied_to(problem), own.method),
+            sector=SECTORS[geometry],
+            length=own.bar_length,
+            speed=own.speed,
+            place=place,
+            references=references,
+        )
+
+    @property
+    def step(self) -> float:
+        """Distance of two particles, m."""
+        return self.parameters.cell / self.parameters.numerics.choices.particles_per_cell
+
+    @property
+    def section(self) -> float:
+        """Area of the section that the model has, m2 (m2 per radian)."""
+        radius, wall = 0.5 * self.parameters.bar_diameter, self.parameters.wall
+        if wall.geometry == "axisymmetric":
+            return 0.5 * radius**2
+        return (1.0 if wall.section == "square" else 0.25 * math.pi) * radius**2
+
+    def _filled(self, matter: "Matter", grid: "Geometry") -> tuple[tuple["Body", ...], "np.ndarray"]:
+        """The bar, and the place of each of its particles in the lattice."""
+        import numpy as np
+
+        own, geometry = self.parameters, self.parameters.wall.geometry
+        radius = 0.5 * own.bar_diameter
+        where = lattice(geometry, breadth=radius, begin=0.0, end=own.bar_length, step=self.step)
+        across, layers = round(radius / where.spacing[0]), round(own.bar_length / where.spacing[where.axis])
+        aside = 1 if geometry == "axisymmetric" else across
+        place = points(np.arange(across), np.arange(aside), np.arange(layers))
+        if own.wall.section == "round":
+            inside = where.radius < radius
+            where, place = where.where(inside), place[inside]
+        made = body(
+            "bar",
+            matter,
+            grid,
+            where,
+            velocity=along_flight(geometry, -own.speed),
+            density=self.density,
+            volume=self.section * own.bar_length,
+        )
+        return (made,), place
+
+    def _meshed(self, matter: "Matter") -> tuple[tuple["Body", ...], "np.ndarray"]:
+        """A square bar of elements, or of these and of particles below them, and the place of each node or particle."""
+        import numpy as np
+
+        from solver.problem import Body
+
+        own, make = self.parameters, meshing(self.parameters.method.method)
+        pieces, layers = (max(1, round(whole / self.step)) for whole in (0.5 * own.bar_diameter, own.bar_length))
+        across = np.linspace(0.0, 0.5 * own.bar_diameter, pieces + 1)
+        along = np.linspace(0.0, own.bar_length, layers + 1)
+        middle = layers // 2 if own.method.is_coupled else 0
+        parts = [("bar-elements" if middle else "bar", middle, layers)]
+        parts += [("bar", 0, middle)] if middle else []
+        bodies, places, corners = [], [], np.arange(pieces + 1)
+        for index, (name, begin, end) in enumerate(parts):
+            position, elements = make.box(across, across, along[begin : end + 1])
+            bodies.append(
+                Body(
+                    name=name,
+                    matter=matter,
+                    position=position,
+                    velocity=np.array([0.0, 0.0, -own.speed]),
+                    mass=make.node_masses(elements, position, self.density),
+                    density=self.density,
+                    spacing=(across[1], across[1], along[1]),
+                    mesh=None if index else elements,
+                )
+            )
+            places.append(points(corners, corners, np.arange(begin, end + 1)))
+        return tuple(bodies), np.concatenate(places)

@@ -4,16 +4,19 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING
 
 from solver.units import Described, Unit, marked
 from studies import materials as shipped
 from studies.materials import Material
 from studies.materials.schema import Scalars
 from studies.quantities.findings import Doubt
-from studies.quantities.parameters import marks
+from studies.quantities.parameters import Value, marks
 from studies.quantities.units import readable
 from studies.scenarios.parts.matter import yield_stress
+
+if TYPE_CHECKING:
+    from solver.matter.laws import Matter
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
 BULK_MODULUS_AGREEMENT = 0.15
@@ -41,7 +44,7 @@ def doubts_of(material: Material) -> Iterator[Doubt]:
     yield from first.values()
 
 
-def doubts_of_matter(matter: Any, stated: float | None) -> Iterator[Doubt]:
+def doubts_of_matter(matter: "Matter", stated: float | None) -> Iterator[Doubt]:
     """The doubts about matter without a material, by the fields of its laws; ``stated`` is its bulk modulus, Pa."""
     from solver.matter.eos import reference_density, reference_sound_speed
 
@@ -50,25 +53,26 @@ def doubts_of_matter(matter: Any, stated: float | None) -> Iterator[Doubt]:
     if stated is not None:
         yield from _of_moduli(density * reference_sound_speed(matter.eos) ** 2, stated, matter.shear_modulus)
     for record in (matter.eos, matter.strength, matter.failure):
-        kind: Any = type(record)
+        kind: type = type(record)
+        units = marked(kind, Unit)
         for name, about in marked(kind, Described).items():
             if about.usual is not None:
-                yield from _unusual(name, getattr(record, name), about, marked(kind, Unit)[name].symbol)
+                yield from _unusual(name, getattr(record, name), about, units[name].symbol)
 
 
-def doubts_of_parameters(record: type, values: Mapping[str, Any]) -> Iterator[Doubt]:
-    """The doubts about the parameters of a scenario, by name; those are of the constants of failures."""
+def doubts_of_parameters(record: type, values: Mapping[str, Value]) -> Iterator[Doubt]:
+    """The doubts about the parameters of a scenario, by name: those of the constants of failures."""
     units = marks(record, Unit)
     for name, about in marks(record, Described).items():
         if about.usual is not None:
             yield from _unusual(name, values.get(name), about, units[name].symbol)
 
 
-def _unusual(name: str, value: float | None, about: Described, unit: str) -> Iterator[Doubt]:
-    """A number beyond what is usual; zero where matter goes without is none."""
+def _unusual(name: str, value: Value, about: Described, unit: str) -> Iterator[Doubt]:
+    """The doubt about a number beyond what is usual; there is none about a zero where matter may go without."""
     assert about.usual is not None
     low, high = about.usual
-    if value is None or low <= value <= high or (value == 0.0 == about.minimum):
+    if not isinstance(value, int | float) or low <= value <= high or (value == 0.0 == about.minimum):
         return
     what = about.meaning.partition(";")[0]
     yield Doubt(name, _short(value, unit), f"{_short(low, unit)} to {_short(high, unit)} is usual ({what})")
@@ -126,7 +130,7 @@ def _of_density(material: Material) -> Iterator[Doubt]:
     source = material.sources.get("density")
     if source is None or source.confidence != "user":
         return
-    like = [each.density for each in map(shipped.load, shipped.names()) if each.family == material.family]
+    like = [other.density for other in map(shipped.load, shipped.names()) if other.family == material.family]
     if like and not min(like) / LIKE_DENSITY <= material.density <= max(like) * LIKE_DENSITY:
         why = f"{material.family} is {_short(min(like), 'kg m-3')} to {_short(max(like), 'kg m-3')}"
         yield Doubt("density", _short(material.density, "kg m-3"), why)

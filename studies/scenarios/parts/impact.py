@@ -10,17 +10,19 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
 
 from studies.convergence.experience import MeshGrid
+from studies.measurements._settings import ImpactSetting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, FEW_PARTICLES, RECIPES
-from studies.quantities.parameters import declared
-from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
-from studies.scenarios.parts.bumpers import FurtherBumpers
+from studies.quantities.parameters import Plain, flat
+from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size, View
 from studies.scenarios.parts.lattice import (
     SECTORS,
     BodyPoints,
+    Faces,
+    Geometry,
     along_flight,
     body,
     flight_axis,
@@ -29,16 +31,16 @@ from studies.scenarios.parts.lattice import (
     slab_clamp,
 )
 from studies.scenarios.parts.matter import Fracture, check_boiling, check_constants, check_eos, matter, yield_stress
-from studies.scenarios.parts.method import ON_GRID, check_method
+from studies.scenarios.parts.method import ON_GRID
 from studies.scenarios.parts.numerics import Numerics
-from studies.scenarios.parts.outline import Dimension, Outline, Shape
+from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, Shot
 
 if TYPE_CHECKING:
     import numpy as np
 
     from solver.matter.laws import Matter
-    from solver.problem import Absorber, Body, Face, Problem
+    from solver.problem import Absorber, Body
     from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
@@ -67,9 +69,8 @@ MOMENTS = (1.5, 4.0)
 # whole, and craters of copper at 7 km/s have half of it as their radius.
 REACH = 7.0
 
-# Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
-# mean square difference from three particles on 16 cells across the projectile, and from ``FINE`` cells on
-# (tables in docs/recipe.md).
+# Relative uncertainty of a measurement with ``FEW_PARTICLES`` and the default recipe's shape: the root mean square
+# difference from three particles, on 16 cells across the projectile, and from ``FINE`` cells on (docs/recipe.md).
 FINE = 24.0
 OF_FEW_PARTICLES = {
     "hole_diameter": (0.035, 0.014),
@@ -88,29 +89,18 @@ SHOT = frozenset(
     {
         *("projectile", "projectile_diameter", "projectile_shape", "projectile_length", "speed", "obliquity"),
         *("target", "plate_thickness", "plate_radius", "target_depth", "target_radius", "edges", "beyond_edge"),
-        *("bumper", "wall", "bumper_thickness", "bumper_radius", "stand_off", "wall_thickness", "wall_radius"),
-        *("cells_per_wall", "wall_time"),
-        *declared(FurtherBumpers),
         *("geometry", "cells_per_diameter", "offset", "end_time", "stop", "settled_growth", "settled_window"),
         "film_interval",
     }
 )
 
 
-@dataclass(frozen=True)
-class ImpactSetting(Setting):
-    """An impact as its observer needs to know it."""
-
-    target: str  # name of the body that is measured
-    projectile_diameter: float  # m
-    thickness: float  # of the target along the line of flight, m
-    radius: float  # of the target, m: half its width where it is square
-    speed: float  # of the projectile, m/s
+ImpactStage = TypeVar("ImpactStage", bound=ImpactSetting)
 
 
 @dataclass(frozen=True)
 class Impact:
-    """A projectile in front of a plate or block; what is asked of it needs filled parameters.
+    """A projectile in front of a plate or block, by its filled parameters.
 
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
@@ -156,24 +146,6 @@ class Impact:
             "cells_per_thickness": self.thickness / self.shot.cell,
         }
 
-    def mesh_grid(self, quantity: str, materials: Materials) -> MeshGrid | None:
-        """The grid as the mesh error of a quantity depends on it; None of a target without a yield stress."""
-        shot, target = self.shot, materials[self.target]
-        strength = yield_stress(target)
-        if not strength:
-            return None
-        return MeshGrid(
-            quantity,
-            across=shot.cells_per_diameter,
-            through=math.inf if self.deep else self.cells()["cells_per_thickness"],
-            speed=shot.speed,
-            strength=strength,
-            density_ratio=materials["projectile"].density / target.density,
-            length=shot.length / shot.projectile_diameter,
-            obliquity=self.angles.obliquity,
-            in_space=shot.geometry != "axisymmetric",
-        )
-
     def size(self) -> Size:
         """Particles from volumes, and steps from the stable step of the undisturbed state."""
         shot = self.shot
@@ -191,14 +163,32 @@ class Impact:
 
     def build(self, materials: Materials) -> ImpactSetting:
         """The problem at the moment when the projectile touches; an oblique one also flies towards +x."""
+        from solver.problem import Problem, Retirement
+
+        shot, angle = self.shot, self.angles.obliquity
+        geometry, faces = self.grid()
+        velocity = along_flight(shot.geometry, shot.speed * math.cos(angle))
+        velocity[0] = shot.speed * math.sin(angle)
+        projectile = self.body("projectile", materials["projectile"], geometry, *self._projectile(), velocity)
+        target = self.body(self.target, materials[self.target], geometry, *self.points(), 0.0 * velocity)
+        follows = shot.debris == "follow"
+        problem = Problem(
+            geometry=geometry,
+            bodies=(projectile, target),
+            faces=faces,
+            clamp=slab_clamp(shot.geometry, self.thickness, shot.cell),
+            absorbers=self._absorbers(target.matter),
+            end_time=self.end_time,
+            retirement=None if follows else Retirement(body=1, after=self.clear, expansion=self.expansion),
+        )
         return ImpactSetting(
-            problem=self._problem(materials),
-            sector=SECTORS[self.shot.geometry],
+            problem=self.numerics.applied_to(problem, self.parameters.method),
+            sector=SECTORS[shot.geometry],
             target=self.target,
-            projectile_diameter=self.shot.projectile_diameter,
+            projectile_diameter=shot.projectile_diameter,
             thickness=self.thickness,
             radius=self.radius,
-            speed=self.shot.speed,
+            speed=shot.speed,
         )
 
     @property
@@ -217,28 +207,7 @@ class Impact:
         assert self.shot.end_time is not None
         return self.shot.end_time
 
-    def _problem(self, materials: Materials) -> "Problem":
-        from solver.problem import Problem, Retirement
-
-        shot, angle = self.shot, self.angles.obliquity
-        geometry, faces = self.grid()
-        velocity = along_flight(shot.geometry, shot.speed * math.cos(angle))
-        velocity[0] = shot.speed * math.sin(angle)
-        projectile = self.body("projectile", materials["projectile"], geometry, *self._projectile(), velocity)
-        target = self.body(self.target, materials[self.target], geometry, *self.points(), 0.0 * velocity)
-        follows = shot.debris == "follow"
-        return Problem(
-            geometry=geometry,
-            bodies=(projectile, target),
-            faces=faces,
-            clamp=slab_clamp(shot.geometry, self.thickness, shot.cell),
-            absorbers=self._absorbers(target.matter),
-            end_time=self.end_time,
-            retirement=None if follows else Retirement(body=1, after=self.clear, expansion=self.expansion),
-            **self.numerics.arguments(self.parameters.method),
-        )
-
-    def grid(self) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+    def grid(self) -> tuple[Geometry, Faces]:
         """The grid about projectile and target, and its faces."""
         from solver.problem import Face
 
@@ -316,7 +285,13 @@ class Impact:
         return where, volume * SECTORS[shot.geometry] / (2.0 * math.pi)
 
     def body(
-        self, name: str, material: "Material", geometry: Any, where: BodyPoints, volume: float, velocity: "np.ndarray"
+        self,
+        name: str,
+        material: "Material",
+        geometry: Geometry,
+        where: BodyPoints,
+        volume: float,
+        velocity: "np.ndarray",
     ) -> "Body":
         """A body of a material, of a volume (m3, or m3 per radian)."""
         made = matter(
@@ -324,20 +299,21 @@ class Impact:
             eos_form=self.shot.eos_form,
             thermal_softening=self.shot.thermal_softening,
             tension=self.numerics.choices.tension,
-            failure=self.parameters.fracture.of(material),
-            rubble_friction=self.parameters.fracture.rubble_friction,
+            fracture=self.parameters.fracture,
         )
         return body(name, made, geometry, where, velocity=velocity, density=material.density, volume=volume)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImpactSetUp(SetUp):
+class ImpactSetUp(SetUp[ImpactStage, View]):
     """The parameters that every impact has, and what follows from them."""
+
+    of_shot: ClassVar[frozenset[str]] = SHOT
 
     shot: Shot
     fracture: Fracture
     numerics: Numerics
-    # Of those that have them: parameters of their own.
+    # A scenario that varies these has parameters of its own in their place.
     angles = UPRIGHT
     method = ON_GRID
     settling = Settling()
@@ -358,7 +334,7 @@ class ImpactSetUp(SetUp):
 
     def check(self, materials: Materials) -> list[Finding]:
         return [
-            *check_method(self),
+            *self.method.check(flat(self)),
             *self.impact.check(materials),
             *self.settling.check(self.shot.projectile_diameter),
             *self.angles.check(self.shot),
@@ -373,17 +349,29 @@ class ImpactSetUp(SetUp):
     def cells(self) -> dict[str, float]:
         return self.impact.cells()
 
-    def rate(self, setting: Setting) -> ObservationRate:
+    def rate(self, setting: ImpactStage) -> ObservationRate:
         return self.settling.rate
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
-        if not self.experienced or not self.has_defaults(materials, SHOT):
+        impact, shot, target = self.impact, self.impact.shot, materials[self.impact.target]
+        strength = yield_stress(target)
+        if not self.experienced or not strength or not self.has_defaults(materials, self.of_shot):
             return {}
-        grids = {name: self.impact.mesh_grid(quantity, materials) for name, quantity in self.experienced.items()}
-        return {name: grid for name, grid in grids.items() if grid is not None}
+        grid = MeshGrid(
+            "",
+            across=shot.cells_per_diameter,
+            through=math.inf if impact.deep else impact.cells()["cells_per_thickness"],
+            speed=shot.speed,
+            strength=strength,
+            density_ratio=materials["projectile"].density / target.density,
+            length=shot.length / shot.projectile_diameter,
+            obliquity=self.angles.obliquity,
+            in_space=shot.geometry != "axisymmetric",
+        )
+        return {name: replace(grid, quantity=quantity) for name, quantity in self.experienced.items()}
 
-    def sections(self, setting: Setting) -> "SectionOptions":
+    def sections(self, setting: ImpactStage) -> "SectionOptions":
         """Pictures while the projectile goes through, and when its debris is about to leave."""
         from studies.films.section import SectionOptions
 
@@ -392,7 +380,7 @@ class ImpactSetUp(SetUp):
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
-        """The part of few particles, in the shape in which it was measured."""
+        """The part of few particles, with the shape functions for which it was measured."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
         if few and own.shape == default.shape and measurement in OF_FEW_PARTICLES:
@@ -401,27 +389,30 @@ class ImpactSetUp(SetUp):
         return {}
 
 
-def seen(setting: ImpactSetting, snapshot: "Snapshot") -> "ImpactView":
-    """A state as the measurements of a target see it."""
-    from studies.measurements.impact.view import view
+class TargetSetUp(ImpactSetUp[ImpactSetting, "ImpactView"]):
+    """The parameters of an impact of which the target is measured."""
 
-    return view(setting, snapshot)
+    @staticmethod
+    def view(setting: ImpactSetting, snapshot: "Snapshot") -> "ImpactView":
+        from studies.measurements.impact.view import view
+
+        return view(setting, snapshot)
+
+    @staticmethod
+    def numbers(view: "ImpactView") -> dict[str, float]:
+        """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
+        attached = view.attached_target
+        loose = 1.0 - float(view.mass[attached].sum()) / float(view.target_mass)
+        fast = float(view.mass[attached & (view.speed > FAST)].sum()) / float(view.target_mass)
+        return {"separated_mass_fraction": loose, "fast_mass_fraction": fast}
 
 
-def loose_and_fast(view: "ImpactView") -> dict[str, float]:
-    """Mass of the target that has come loose, and of what is fast in the rest, over that of the whole target."""
-    attached = view.attached_target
-    loose = 1.0 - float(view.mass[attached].sum()) / float(view.target_mass)
-    fast = float(view.mass[attached & (view.speed > FAST)].sum()) / float(view.target_mass)
-    return {"separated_mass_fraction": loose, "fast_mass_fraction": fast}
-
-
-def outline(values: Mapping[str, Any], *, thickness: str, radius: str, target: str = "target") -> Outline | None:
+def outline(values: Mapping[str, Plain], *, thickness: str, radius: str, target: str = "target") -> Outline | None:
     """Projectile and target as they touch; ``thickness``, ``radius`` and material are the target's parameters."""
-    diameter, depth, rim = (values.get(name) for name in ("projectile_diameter", thickness, radius))
+    diameter, depth, rim = (number(values, name) for name in ("projectile_diameter", thickness, radius))
     if not diameter or not depth or not rim:
         return None
-    length, angle = values.get("projectile_length") or diameter, values.get("obliquity") or 0.0
+    length, angle = number(values, "projectile_length") or diameter, number(values, "obliquity")
     is_sphere = values.get("projectile_shape", "sphere") == "sphere"
     half = 0.5 * diameter
     projectile = Shape(

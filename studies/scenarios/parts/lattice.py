@@ -2,13 +2,17 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np
 
     from solver.matter.laws import Matter
     from solver.problem import Body, Clamp, Face
+    from solver.problem.geometry import Axisymmetric, Cartesian3D
+
+Geometry: TypeAlias = "Axisymmetric | Cartesian3D"
+Faces: TypeAlias = "tuple[tuple[Face, Face], ...]"
 
 # Angle about the axis that a model covers, rad; 1 in axisymmetry, where all is per radian.
 SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}
@@ -23,7 +27,7 @@ def mesh(
     cell: float,
     side: tuple["Face", "Face"],
     flight: tuple["Face", "Face"],
-) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+) -> tuple[Geometry, Faces]:
     """The grid of a model and its faces, for cells of a size (m) from the axis and along the flight from ``front`` (m).
 
     A half model reaches as far to the other side of the axis, where the outer face of ``side`` ends it too.
@@ -129,7 +133,7 @@ def slab_clamp(geometry: str, thickness: float, cell: float) -> "Clamp":
 def body(
     name: str,
     matter: "Matter",
-    geometry: Any,
+    geometry: Geometry,
     points: BodyPoints,
     *,
     velocity: "np.ndarray",

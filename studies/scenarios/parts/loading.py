@@ -9,17 +9,16 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from solver.units import Described, MetrePerSecondSquared, Pascal
 from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.parameters import LongText
 from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
-FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
-# Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie
-# within one and a half of it: they stay apart until the bar is half as long.
-LEAST_CELLS = 8.0
+if TYPE_CHECKING:
+    from solver.problem import Problem
+
 ROW = "rows of a time with its unit and a share of the pressure, apart by commas or lines"
 
 
@@ -100,32 +99,8 @@ class Loading:
         """
         return 2.0 * abs(self.pressure or 0.0) / impedance + abs(self.gravity) * time
 
-    def check(
-        self, *, speed: float, density: float, sound: float, time: float, length: float, cell: float
-    ) -> Iterator[Finding]:
-        """The findings about loads on a bar within a time (s).
-
-        It has a speed (m/s), a density (kg/m3), a wave speed (m/s), and a length and a size of cells (m). A bar that
-        rests has loads, which keep it slow enough for small strains.
-        """
-        yield from self._check_pulse(time)
-        why = f"at which matter moves at {FASTEST:g} of its wave speed"
-        fastest, gravity, least = FASTEST * sound, abs(self.gravity), LEAST_CELLS * cell
-        largest = density * sound * fastest
-        if self.pressure is not None and abs(self.pressure) > largest:
-            limit = f"at most {readable(round_quantity(largest), 'Pa')}, {why}"
-            yield Finding("pressure", readable(self.pressure, "Pa"), limit, "choose a lower pressure")
-        if gravity * time > fastest:
-            limit = f"at most {round_quantity(fastest / time):g} m/s2, {why} at the end"
-            yield Finding("gravity", f"{self.gravity:g} m/s2", limit, "choose less gravity, or an earlier end_time")
-        if speed == 0.0 and not self.pressure and not gravity:
-            limit = "more than 0 m/s for a bar without loads"
-            yield Finding("speed", "0 m/s", limit, "give speed, pressure or gravity")
-        if self.pressure and length < least:
-            limit = f"at least {LEAST_CELLS:g} cells under a pressure, {readable(least, 'm')}"
-            yield Finding("bar_length", readable(length, "m"), limit, "raise the resolution (cells per diameter)")
-
-    def _check_pulse(self, end_time: float) -> Iterator[Finding]:
+    def check_pulse(self, end_time: float) -> Iterator[Finding]:
+        """The findings about the table: it needs a pressure, and begins before the end of the run (s)."""
         if self.pulse is None:
             return
         if self.pressure is None:
@@ -139,20 +114,23 @@ class Loading:
             limit = f"a begin before the end of the run, {readable(end_time, 's')}"
             yield Finding("pulse", readable(begin, "s"), limit, "begin earlier, or raise end_time")
 
-    def arguments(self, *, axis: int, end_time: float) -> dict[str, Any]:
-        """The arguments of ``Problem`` for the loads on its first body, whose wall lies below it across an axis."""
+    def applied_to(self, problem: "Problem") -> "Problem":
+        """The problem with the loads on its first body, whose wall lies below it."""
         import numpy as np
 
         from solver.problem import Traction
+        from solver.problem.geometry import impact_axis
 
+        axis = impact_axis(problem.geometry)
         weight = [0.0, 0.0, 0.0]
         weight[axis] = -self.gravity
+        problem = replace(problem, gravity=(weight[0], weight[1], weight[2]))
         if not self.pressure:
-            return {"gravity": tuple(weight)}
+            return problem
         # The last step may end after the end of the run.
-        stays = Pulse((0.0, 2.0 * end_time), (1.0, 1.0))
+        stays = Pulse((0.0, 2.0 * problem.end_time), (1.0, 1.0))
         pulse = read_pulse(self.pulse) if self.pulse else stays
         traction = Traction(
             body=0, axis=axis, side=1, time=np.array(pulse.time), pressure=self.pressure * np.array(pulse.share)
         )
-        return {"tractions": (traction,), "gravity": tuple(weight)}
+        return replace(problem, tractions=(traction,))

@@ -6,40 +6,40 @@ they take, and from where, stands in their own files.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, make_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
-from studies.quantities.parameters import Choice, declared
+from studies.quantities.parameters import Choice, Record, declared
 from studies.quantities.units import readable
 from studies.scenarios import Materials
 from studies.scenarios.parts.numerics import tensions
 
 if TYPE_CHECKING:
-    from solver.matter.failure import PointLoading
+    from solver.matter.eos import EosEntry
+    from solver.matter.failure import FailureEntry, PointLoading
     from solver.matter.laws import Matter
-    from solver.matter.melting import MeltingCurve
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
-# What each failure has to bear: a plastic strain, at the rates (1/s) of tests in machines and of impacts, cold and
-# half-way to melting.
+# A first plastic strain that no failure may break: at 1/s, as in testing machines, and at the rate of impacts (1/s),
+# cold and half-way to melting.
 FIRST_SLIP, FAST, WARM = 1e-4, 1e5, 0.5
 
 
-def failures() -> Mapping[str, Any]:
+def failures() -> Mapping[str, "FailureEntry"]:
     """Failures by name."""
     return entries("solver.matter.failure", "FAILURE")
 
 
-def eos_forms() -> dict[str, Any]:
+def eos_forms() -> dict[str, "EosEntry"]:
     """The equations of state that compute materials of another kind too, by form."""
     return {eos.form: eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form}
 
@@ -51,86 +51,69 @@ def _failure_constants() -> Iterator[tuple[str, str, str]]:
             yield f"failure_{constant}", kind, constant
 
 
-def _failure_parameter(kind: str, constant: str) -> Any:
-    """The annotation of a parameter: that of the failure's own record, or None."""
-    record = failures()[kind].record
-    about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
-    meaning = f"{about.meaning}; goes with failure {kind}"
-    mark = Described(meaning, about.minimum, about.maximum, usual=about.usual)
-    return Annotated[float | None, unit, mark]
-
-
-# Each constant of a failure is a parameter of every impact; a run that does not give it keeps its identity.
-_FailureParameters: Any = make_dataclass(
-    "_FailureParameters",
-    [
-        (
-            "failure",
-            Annotated[
-                str | None,
-                Choice(failures),
-                Described(
-                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
-                    "strength of plate impacts at the strain rate, that and voids which then grow until they link, the "
-                    "damage of Johnson and Cook, plain or modified, which weakens, or that and the spall strength at "
-                    "once; by default void-growth on a grid where one target is hit that has its constants"
-                ),
-            ],
-            field(default=None),
-        ),
-        (
-            "rubble_friction",
-            Annotated[
-                Dimensionless,
-                Described(
-                    "shear strength of failed matter over its pressure, as of rubble: Drucker and Prager without "
-                    "cohesion",
-                    0.0,
-                    2.0,
-                ),
-            ],
-            field(default=0.0),
-        ),
-        *(
-            (parameter, _failure_parameter(kind, constant), field(default=None))
-            for parameter, kind, constant in _failure_constants()
-        ),
-    ],
-    namespace={"__module__": __name__},
-    frozen=True,
-    kw_only=True,
-)
+def _with_constants(record: type[Record]) -> type[Record]:
+    """Add the constants of all failures, None by default, to the fields of a record that is about to be a dataclass."""
+    for parameter, kind, constant in _failure_constants():
+        own = failures()[kind].record
+        about, unit = marked(own, Described)[constant], marked(own, Unit)[constant]
+        described = replace(about, meaning=f"{about.meaning}; goes with failure {kind}")
+        record.__annotations__[parameter] = Annotated[float | None, unit, described]
+        setattr(record, parameter, None)
+    return record
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fracture(_FailureParameters):
+@_with_constants
+class Fracture:
     """What breaks matter for good: the choice of a failure, and the constants of each that a sweep gives."""
+
+    failure: Annotated[
+        str | None,
+        Choice(failures),
+        Described(
+            "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
+            "strength of plate impacts at the strain rate, that and voids which then grow until they link, the damage "
+            "of Johnson and Cook, plain or modified, which weakens, or that and the spall strength at once; by default "
+            "void-growth on a grid where one target is hit that has its constants"
+        ),
+    ] = None
+    rubble_friction: Annotated[
+        Dimensionless,
+        Described(
+            "shear strength of failed matter over its pressure, as of rubble: Drucker and Prager without cohesion",
+            0.0,
+            2.0,
+        ),
+    ] = 0.0
+
+    @property
+    def model(self) -> str:
+        """The failure of filled parameters."""
+        assert self.failure is not None
+        return self.failure
 
     def filled(self, materials: Materials, default: str = DEFAULT_FAILURE) -> Self:
         """With the default failure where all targets have its constants, and with none elsewhere."""
         if self.failure is not None:
             return self
         targets = {role: material for role, material in materials.items() if role not in PROJECTILES}
-        failure = NO_FAILURE if any(_absent(default, targets)) else default
-        return replace(self, failure=failure)  # type: ignore[call-arg]  # a field of a class that is made at run time
+        return replace(self, failure=NO_FAILURE if any(_absent(default, targets)) else default)
 
-    def of(self, material: "Material") -> Any:
+    def of(self, material: "Material") -> NamedTuple:
         """The solver's record of the failure, with the constants of a material.
 
         A projectile without the section that the failure takes its constants from never fails.
         """
-        record = failures()[self.failure].record
+        record = failures()[self.model].record
         if _goes_without(record, material):
-            return failures()[NO_FAILURE].record()
-        constants = {
-            constant: getattr(self, parameter)
-            for parameter, kind, constant in _failure_constants()
-            if kind == self.failure and getattr(self, parameter) is not None
-        }
-        return record(**material.taken(record), **constants)
+            record, stated = failures()[NO_FAILURE].record, {}
+        else:
+            own = {constant: getattr(self, name) for name, kind, constant in _failure_constants() if kind == self.model}
+            stated = {constant: value for constant, value in own.items() if value is not None}
+        return record(**material.taken(record), **stated)
 
     def check(self, materials: Materials) -> Iterator[Finding]:
-        """A failure has the numbers that it needs, no other ones, and such that matter slips before it fails."""
+        """A failure has all numbers that it needs and no others, and lets matter slip before it fails."""
         findings = [*self._missing(materials)]
         yield from findings or self._brittle(materials)
 
@@ -147,25 +130,27 @@ class Fracture(_FailureParameters):
         if self.failure == NO_FAILURE and self.rubble_friction > 0.0:
             cure = "leave rubble_friction out, or choose a failure"
             yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
-        yield from _absent(self.failure, materials)
+        yield from _absent(self.model, materials)
 
     def _brittle(self, materials: Materials) -> Iterator[Finding]:
         """Materials that fail at their first slip in tension, shear or compression: no matter does."""
         for role, material in materials.items():
             failure = self.of(material)
-            record: Any = type(failure)
             at = _first_failure(failure)
             if at is None:
                 continue
             where = f"a triaxiality of {at.triaxiality:.2g}, {at.strain_rate:g} /s and T* = {at.homologous:g}"
             limit = f"matter that slips before it fails; {material.name} fails at its first slip under {where}"
-            paths = ", ".join(f"{role}.{mark.path}" for mark in marked(record, FromMaterial).values())
-            yield Finding("failure", str(self.failure), limit, f"correct {paths}: their signs first")
+            paths = ", ".join(f"{role}.{mark.path}" for mark in marked(type(failure), FromMaterial).values())
+            yield Finding("failure", self.model, limit, f"correct {paths}: their signs first")
 
 
 @cache
-def _first_failure(failure: Any) -> "PointLoading | None":
-    """What breaks whole matter at its first slip, of compression, shear and tension, slow and fast, cold and warm."""
+def _first_failure(failure: NamedTuple) -> "PointLoading | None":
+    """The first load under which whole matter breaks at its first slip; None where it bears all.
+
+    The loads are compression, shear and tension, each slow and fast, cold and warm.
+    """
     from solver.matter.failure import PointLoading, grown_damage
 
     slip = getattr(failure, "threshold", 0.0) + FIRST_SLIP
@@ -191,7 +176,7 @@ def _absent(failure: str, materials: Materials) -> Iterator[Finding]:
                 yield Finding("failure", failure, limit, cure)
 
 
-def _goes_without(record: Any, material: "Material") -> bool:
+def _goes_without(record: type, material: "Material") -> bool:
     """Whether a failure takes its constants from an optional section, and the material has none of them."""
     paths = [mark.path for mark in marked(record, FromMaterial).values()]
     optional = [path for path in paths if path.partition(".")[0] in OPTIONAL]
@@ -204,76 +189,59 @@ def matter(
     eos_form: str = HUGONIOT,
     thermal_softening: bool | None = True,
     tension: str = "recoverable",
-    failure: Any = None,
-    rubble_friction: float = 0.0,
+    fracture: Fracture | None = None,
 ) -> "Matter":
-    """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
+    """The matter of a material; by default it never fails."""
     from solver.matter.laws import Matter
+    from solver.matter.melting import MeltingCurve, lindemann
 
-    eos = eos_of(material, eos_form)
-    melt = material.thermal.melt_temperature if thermal_softening else None
-    strength = models("strength")[material.strength.kind].record
+    eos, thermal, melting = eos_of(material, eos_form), material.thermal, MeltingCurve()
+    melt = thermal.melt_temperature if thermal_softening else None
+    if melt is not None:
+        fusion = (thermal.latent_heat_of_fusion or 0.0) / thermal.heat_capacity
+        melting = lindemann(eos, melt, thermal.melting_slope, fusion=fusion, density_ratio=thermal.melting_density)
+    rule = tensions()[tension].record
+    constants = material.taken(rule)
+    if None in constants.values():
+        rule, constants = tensions()["unlimited"].record, {}
     return Matter(
         eos=eos,
         # A constant that the material goes without is infinite.
-        strength=strength(**{k: _or_infinite(v) for k, v in material.fill("strength").items()}),
-        tension=_tension(material, tension),
+        strength=models("strength")[material.strength.kind].record(
+            **{name: math.inf if value is None else value for name, value in material.fill("strength").items()}
+        ),
+        tension=rule(**constants),
         shear_modulus=material.elastic.shear_modulus,
-        room_temperature=material.thermal.room_temperature,
-        melt_temperature=_or_infinite(melt),
-        failure=failure or failures()[NO_FAILURE].record(),
-        rubble_friction=rubble_friction,
-        melting=_melting(material, eos, melt),
+        room_temperature=thermal.room_temperature,
+        melt_temperature=math.inf if melt is None else melt,
+        failure=fracture.of(material) if fracture else failures()[NO_FAILURE].record(),
+        rubble_friction=fracture.rubble_friction if fracture else 0.0,
+        melting=melting,
     )
 
 
-def _melting(material: "Material", eos: Any, melt: float | None) -> "MeltingCurve":
-    """The melting curve of a material through its melting point (K), and its heat of fusion."""
-    from solver.matter.melting import MeltingCurve, lindemann
-
-    if melt is None:
-        return MeltingCurve()
-    thermal = material.thermal
-    fusion = (thermal.latent_heat_of_fusion or 0.0) / thermal.heat_capacity
-    return lindemann(eos, melt, thermal.melting_slope, fusion=fusion, density_ratio=thermal.melting_density)
-
-
-def _or_infinite(value: float | None) -> float:
-    return math.inf if value is None else value
-
-
-def _tension(material: "Material", name: str) -> Any:
-    record = tensions()[name].record
-    constants = material.taken(record)
-    return tensions()["unlimited"].record() if None in constants.values() else record(**constants)
-
-
-def eos_of(material: "Material", form: str = HUGONIOT) -> Any:
+def eos_of(material: "Material", form: str = HUGONIOT) -> NamedTuple:
     """The solver's record of a material's equation of state, in one of the forms of its kind."""
-    eos = acting_eos(material.eos.kind, form)
-    return eos.make(**material.fill("eos", eos.record))
+    entry = acting_eos(material.eos.kind, form)
+    eos: NamedTuple = entry.make(**material.fill("eos", entry.record))
+    return eos
 
 
 def check_eos(form: str, materials: Materials) -> list[Finding]:
     """A form other than the default needs materials that can be written in it."""
-    findings = []
-    for material in materials.values():
-        entry = acting_eos(material.eos.kind, form)
-        if form == HUGONIOT:
-            continue
-        limits = []
+    limits: list[str] = []
+    for material in materials.values() if form != HUGONIOT else ():
+        entry, constants = acting_eos(material.eos.kind, form), material.eos.constants
         if entry.form != form:
             limits.append(f"{material.name} ({material.eos.kind}) has one form")
+            continue
         for name, parameter in declared(entry.record).items():
-            value = material.eos.constants[name]
+            value, least = constants[name], parameter.minimum
             assert value is not None
-            assert parameter.minimum is not None
-            if entry.form == form and value < parameter.minimum:
-                limits.append(
-                    f"{material.name} has {name} = {value:g}, and the {form} is for {parameter.minimum:g} and more"
-                )
-        findings += [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
-    return findings
+            assert least is not None
+            if value < least:
+                limits.append(f"{material.name} has {name} = {value:g}, and the {form} is for {least:g} and more")
+    return [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
 
 
 def check_boiling(tension: str, thermal_softening: bool | None, materials: Materials) -> list[Finding]:
@@ -321,7 +289,7 @@ def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
 
 def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
     """Yield stress of cold, slow matter after a plastic strain, Pa; None of a strength that has none of its own."""
-    own: Mapping[str, Any] = material.strength.constants
+    own = {name: math.inf if value is None else value for name, value in material.strength.constants.items()}
     match material.strength.kind:
         case "johnson-cook" | "modified-johnson-cook":
             return own["A"] + own["B"] * strain ** own["n"] if strain else own["A"]

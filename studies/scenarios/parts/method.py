@@ -1,36 +1,16 @@
 """The method that computes a run, and what each cannot do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from solver.steppers import methods
 from solver.units import Described, Dimensionless
 from studies.quantities.findings import Finding
-from studies.quantities.parameters import Choice, flat
+from studies.quantities.parameters import Choice, Value
 
 # Spacings within which particles of two solids repel each other: ``solver/methods/sph/contact.py``.
 REPULSION = 1.5
-
-
-def is_smoothed(parameters: Any) -> bool:
-    """Whether smoothed particles compute a run, or a part of it."""
-    return getattr(parameters, "method", "mpm") in ("sph", "sph-fem")
-
-
-def is_meshed(parameters: Any) -> bool:
-    """Whether hexahedra compute a run, or a part of it."""
-    return getattr(parameters, "method", "mpm") in ("fem", "sph-fem")
-
-
-def is_on_grid(parameters: Any) -> bool:
-    """Whether particles meet on a grid, with its shape functions."""
-    return getattr(parameters, "method", "mpm") == "mpm"
-
-
-def is_coupled(parameters: Any) -> bool:
-    """Whether elements surround the smoothed particles of a run."""
-    return getattr(parameters, "method", "mpm") == "sph-fem"
 
 
 def among(*names: str) -> Choice:
@@ -40,7 +20,7 @@ def among(*names: str) -> Choice:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodChoice:
-    """The method of a scenario, with what smoothed particles take; a scenario with a choice offers its own."""
+    """The method of a scenario, and the parameters of smoothed particles; a subclass offers a choice of methods."""
 
     artificial_stress: Annotated[
         Dimensionless | None,
@@ -53,9 +33,49 @@ class MethodChoice:
     ] = 0.0
     method: str = "mpm"
 
+    @property
+    def is_on_grid(self) -> bool:
+        """Whether particles meet on a grid, with its shape functions."""
+        return self.method == "mpm"
+
+    @property
+    def is_smoothed(self) -> bool:
+        """Whether smoothed particles compute a run, or a part of it."""
+        return self.method in ("sph", "sph-fem")
+
+    @property
+    def is_meshed(self) -> bool:
+        """Whether hexahedra compute a run, or a part of it."""
+        return self.method in ("fem", "sph-fem")
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether hexahedra surround the smoothed particles of a run."""
+        return self.method == "sph-fem"
+
     def filled(self) -> Self:
         """The same method, with None for what goes with another one."""
-        return replace(self, artificial_stress=self.artificial_stress if is_smoothed(self) else None)
+        return replace(self, artificial_stress=self.artificial_stress if self.is_smoothed else None)
+
+    def check(self, values: Mapping[str, Value], contacts: Sequence[str] = ("none",)) -> list[Finding]:
+        """Findings on filled parameters that the method cannot compute; ``contacts`` are those of its particles."""
+        if self.is_on_grid:
+            return []
+        refused = (
+            (self.is_smoothed and values.get("wall") == "unilateral", "wall", "set wall to symmetric"),
+            (self.is_meshed and values.get("section") == "round", "section", "set section to square"),
+            (values.get("geometry") == "axisymmetric", "geometry", "set geometry to quarter"),
+            (values.get("edges") == "absorbing", "edges", "set edges to fixed or free"),
+            (values.get("contact") not in (*contacts, None), "contact", f"set contact to {' or '.join(contacts)}"),
+            (values.get("scheme") != "musl", "scheme", "leave scheme out"),
+            (bool(values.get("damping_rate")), "damping_rate", "leave damping_rate out"),
+            (values.get("debris") == "retire", "debris", "set debris to follow"),
+        )
+        return [
+            Finding(name, str(values.get(name)), f"a value that method {self.method} computes", cure)
+            for is_refused, name, cure in refused
+            if is_refused
+        ]
 
 
 ON_GRID = MethodChoice()
@@ -73,26 +93,3 @@ class ParticleMethod(MethodChoice):
             "dimensions, whose viscosity is 1 and 2 unless it is stated"
         ),
     ] = "mpm"
-
-
-def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:
-    """Findings on what the method of filled parameters cannot compute; ``contacts`` are those of its particles."""
-    if is_on_grid(parameters.method):
-        return []
-    given, method = flat(parameters).get, parameters.method.method
-    smoothed, meshed = is_smoothed(parameters.method), is_meshed(parameters.method)
-    refused = (
-        (smoothed and given("wall") == "unilateral", "wall", "set wall to symmetric"),
-        (meshed and given("section") == "round", "section", "set section to square"),
-        (given("geometry") == "axisymmetric", "geometry", "set geometry to quarter"),
-        (given("edges") == "absorbing", "edges", "set edges to fixed or free"),
-        (given("contact") not in (*contacts, None), "contact", f"set contact to {' or '.join(contacts)}"),
-        (given("scheme") != "musl", "scheme", "leave scheme out"),
-        (bool(given("damping_rate")), "damping_rate", "leave damping_rate out"),
-        (given("debris") == "retire", "debris", "set debris to follow"),
-    )
-    return [
-        Finding(name, str(given(name)), f"a value that method {method} computes", cure)
-        for is_there, name, cure in refused
-        if is_there
-    ]

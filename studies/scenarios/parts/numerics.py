@@ -1,21 +1,31 @@
-"""The numerics that every scenario shares: the parameters, the choices of a recipe, and the arguments of the solver."""
+"""The numerics that every scenario shares: the parameters, the choices of a recipe, and what the solver takes."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
 from studies.quantities.files import MOST_FRAMES
 from studies.quantities.findings import Finding
-from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
+from studies.quantities.numerical_defaults import (
+    FEW_PARTICLES,
+    RECIPES,
+    ImpactRecipe,
+    Recipe,
+    RecipeName,
+    SchemeName,
+    StepRuleName,
+)
 from studies.quantities.parameters import Choice
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials
-from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_on_grid, is_smoothed
+from studies.scenarios.parts.method import ON_GRID, MethodChoice
 
 if TYPE_CHECKING:
-    from solver.problem import ArtificialViscosity, Smoothing
+    from solver.grid.shapes import ShapeEntry
+    from solver.matter.tension import TensionEntry
+    from solver.problem import Problem
     from studies.materials import Material
 
 ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
@@ -32,25 +42,18 @@ PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
 STIFFNESS = 0.01
 
 
-def shapes() -> Mapping[str, Any]:
+def shapes() -> Mapping[str, "ShapeEntry"]:
     """Shape functions by name."""
     return entries("solver.grid.shapes", "SHAPE")
 
 
-def tensions() -> Mapping[str, Any]:
+def tensions() -> Mapping[str, "TensionEntry"]:
     """Rules of tension by name."""
     return entries("solver.matter.tension", "TENSION")
 
 
-def limits_tension(rule: str, materials: Iterable["Material"]) -> bool:
-    """Whether a rule of tension acts: it needs no constants, or a material has them."""
-    record = tensions()[rule].record
-    constants = [material.taken(record) for material in materials]
-    return not marked(record, FromMaterial) or any(set(each.values()) != {None} for each in constants)
-
-
 def softens(stated: bool | None, materials: Iterable["Material"]) -> bool | None:
-    """Whether temperature softens materials, as it is stated; None where none of them melts."""
+    """What is stated about thermal softening; None where no material melts."""
     return stated if any(material.thermal.melt_temperature is not None for material in materials) else None
 
 
@@ -141,18 +144,20 @@ class Numerics:
     def filled(
         self, materials: Materials, *, few: bool = False, method: MethodChoice = ON_GRID, unused: tuple[str, ...] = ()
     ) -> Self:
-        """The parameters with every one that was left out, from the recipe, but for those that do not act.
+        """The parameters with those that were left out taken from the recipe, and None for those that do not act.
 
-        The number of particles is small where ``few`` do, and the viscosity that of a method that smooths particles;
-        ``unused`` are parameters of which a set-up has no use.
+        With ``few``, the number of particles is that of three dimensions; ``unused`` are parameters of which a set-up
+        has no use. A rule of tension acts where it needs no constants of the material, or a material has them.
         """
         preset = RECIPES[self.recipe]
         if few:
             preset = replace(preset, particles_per_cell=FEW_PARTICLES)
-        if is_smoothed(method):
+        if method.is_smoothed:
             preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
         filled = filled_from(self, preset)
-        if not limits_tension(filled.choices.tension, materials.values()):
+        record = tensions()[filled.choices.tension].record
+        constants = [constant for material in materials.values() for constant in material.taken(record).values()]
+        if marked(record, FromMaterial) and not any(constant is not None for constant in constants):
             unused = (*unused, "tension")
         return filled.acting(*unused, method=method)
 
@@ -161,7 +166,7 @@ class Numerics:
         idle = set(unused)
         if self.fixed_dt is not None:
             idle |= {"courant", "step_rule", "travel"}
-        if not is_on_grid(method):
+        if not method.is_on_grid:
             idle |= {"shape", "step_rule"}
         if not self.damping_rate:
             idle.add("damping_order")
@@ -172,7 +177,7 @@ class Numerics:
         findings = []
         if self.friction and self.contact not in CRITERIA:
             limit = "0 for bodies without contact on the grid"
-            cure = "leave friction out" if is_smoothed(method) else "set contact to bardenhagen"
+            cure = "leave friction out" if method.is_smoothed else "set contact to bardenhagen"
             findings.append(Finding("friction", f"{self.friction:g}", limit, cure))
         least = round_quantity((end_time or 0.0) / MOST_FRAMES)
         if self.film_interval is not None and self.film_interval < least:
@@ -197,42 +202,37 @@ class Numerics:
             return recipe.courant * cell / (sound + speed)
         return cell * min(recipe.courant / sound, recipe.travel / speed)
 
-    def arguments(self, method: MethodChoice = ON_GRID) -> dict[str, Any]:
-        """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
+    def applied_to(self, problem: "Problem", method: MethodChoice = ON_GRID) -> "Problem":
+        """The problem with these numerics; those of smoothed particles are as verified, but for the viscosity."""
         from solver.matter.tensor import Jaumann, Unturned
-        from solver.problem import ArtificialViscosity, Contact, Criterion, Damping, Scheme, StepRule
+        from solver.problem import ArtificialViscosity, Contact, Criterion, Damping, Scheme, Smoothing, StepRule
 
-        recipe = self.choices
+        recipe, smoothing = self.choices, None
         viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
+        if method.is_smoothed:
+            stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
+            smoothing = Smoothing(viscosity=viscosity, tensile=method.artificial_stress or 0.0, stiffness=stiffness)
         criterion = CRITERIA.get(self.contact or "none")
-        return {
-            "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
-            "scheme": Scheme[recipe.scheme.upper()],
-            "viscosity": viscosity,
-            "courant": recipe.courant,
-            "step_rule": StepRule[recipe.step_rule.upper()],
-            "travel": recipe.travel,
-            "damping": Damping(recipe.damping_rate, recipe.damping_order),
-            "stress_rate": Unturned() if self.jaumann is False else Jaumann(),
-            "contact": Contact(self.friction or 0.0, Criterion[criterion]) if criterion else None,
-            "fixed_dt": self.fixed_dt,
-            "smoothing": self._smoothing(method, viscosity),
-        }
-
-    def _smoothing(self, method: MethodChoice, viscosity: "ArtificialViscosity") -> "Smoothing | None":
-        """The numerics of smoothed particles, those of their verification but for the viscosity."""
-        from solver.problem import Smoothing
-
-        if not is_smoothed(method):
-            return None
-        stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
-        return Smoothing(viscosity=viscosity, tensile=method.artificial_stress or 0.0, stiffness=stiffness)
+        return replace(
+            problem,
+            shape=shapes()[recipe.shape].make(recipe.particles_per_cell),
+            scheme=Scheme[recipe.scheme.upper()],
+            viscosity=viscosity,
+            courant=recipe.courant,
+            step_rule=StepRule[recipe.step_rule.upper()],
+            travel=recipe.travel,
+            damping=Damping(recipe.damping_rate, recipe.damping_order),
+            stress_rate=Unturned() if self.jaumann is False else Jaumann(),
+            contact=Contact(self.friction or 0.0, Criterion[criterion]) if criterion else None,
+            fixed_dt=self.fixed_dt,
+            smoothing=smoothing,
+        )
 
 
 Parameters = TypeVar("Parameters")
 
 
-def filled_from(parameters: Parameters, preset: Any) -> Parameters:
-    """The parameters with those that were left out taken from a record of some of them."""
+def filled_from(parameters: Parameters, preset: Recipe | ImpactRecipe) -> Parameters:
+    """The parameters with those that were left out taken from a recipe."""
     absent = {name: value for name, value in vars(preset).items() if getattr(parameters, name) is None}
     return replace(parameters, **absent)  # type: ignore[type-var]

@@ -1,6 +1,9 @@
 """The set-up before a run, to scale: outlines of its bodies, and the lengths that a report writes beside them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from studies.quantities.parameters import Plain
 
 
 @dataclass(frozen=True)
@@ -31,3 +34,9 @@ class Outline:
 
     shapes: tuple[Shape, ...]
     dimensions: tuple[Dimension, ...]
+
+
+def number(values: Mapping[str, Plain], name: str) -> float:
+    """A number among values by name; 0 where it is missing or no number."""
+    value = values.get(name)
+    return float(value) if isinstance(value, int | float) else 0.0

@@ -11,7 +11,7 @@ from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate
 from studies.scenarios.parts.matter import eos_forms
-from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_smoothed
+from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import BY_RECIPE, GridOffset, Numerics, ThermalSoftening, filled_from, softens
 
 # As the latest end of a run: 5 us at 8 mm.
@@ -107,7 +107,7 @@ class Shot:
     ) -> Self:
         """The shot with all that its recipe chooses, and its latest end (s) where none is stated."""
         preset = IMPACT_RECIPES[numerics.recipe]
-        if is_smoothed(method):  # which does not retire any
+        if method.is_smoothed:  # which does not retire any
             preset = replace(preset, debris="follow")
         return replace(
             filled_from(self, preset),

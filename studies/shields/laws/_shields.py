@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import wraps
 from typing import TypedDict, Unpack
 
 import numpy as np
@@ -85,11 +85,12 @@ class HandbookShield:
             return thick
         return root_between(excess, 1e-6 * thick, thick, within=1e-12)
 
-    def critical_diameter(self, thin: "ThinBumper") -> Callable[[float], float]:
-        """Critical diameter, cm, of a normal speed, km/s, with shatter at a speed that the bumper decides."""
+    def critical_diameter(self, normal_speed: float, thin: "ThinBumper") -> float:
+        """Critical diameter, cm, of a speed in km/s, with shatter at a speed that the bumper decides."""
         ends = self._shatter_speed(thin), FAST
-        fast = cache(lambda speed: self.thin_bumper_diameter(speed, thin))  # asked at its end by each speed below
-        return lambda speed: by_three_ranges(speed, ends, thin.slow_diameter, fast)
+        return by_three_ranges(
+            normal_speed, ends, thin.slow_diameter, lambda fast: self.thin_bumper_diameter(fast, thin)
+        )
 
     def _shatter_speed(self, thin: "ThinBumper") -> float:
         """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""
@@ -124,6 +125,25 @@ def in_handbook_units(shield: Shield, bumper_density: float, projectile_density:
         bumper_density=bumper_density / GRAM_PER_CUBIC_CENTIMETRE,
         projectile_density=projectile_density / GRAM_PER_CUBIC_CENTIMETRE,
     )
+
+
+def in_si(formula: Callable[..., float]) -> Callable[..., NDArray]:
+    """A critical diameter in SI by one in the units of handbooks.
+
+    ``formula`` gives cm by a ``HandbookShield``, km/s and, of oblique impacts, rad. What it becomes gives m by m/s
+    (which broadcast), the densities of bumper and projectile in kg/m3, a ``Shield`` and the same angle.
+    """
+
+    @wraps(formula)
+    def critical_diameter(
+        speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, *obliquity: float
+    ) -> NDArray:
+        matter = in_handbook_units(shield, bumper_density, projectile_density)
+        speeds = np.asarray(speed) / KILOMETRE_PER_SECOND
+        diameters = [CENTIMETRE * formula(matter, one, *obliquity) for one in np.ravel(speeds)]
+        return np.reshape(diameters, speeds.shape)
+
+    return critical_diameter
 
 
 class LawFields(TypedDict):
@@ -176,12 +196,6 @@ def by_three_ranges(
         return fast(speed)
     share = (speed - low) / (high - low)
     return slow(low) + share * (fast(high) - slow(low))
-
-
-def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
-    """Critical diameters, m, of speeds in m/s, by a function of km/s that gives cm."""
-    speeds = np.asarray(speed) / KILOMETRE_PER_SECOND
-    return np.reshape([CENTIMETRE * critical(each) for each in np.ravel(speeds)], speeds.shape)
 
 
 def without_shield(shot: Shot, variant: str = "") -> Reason | None:

@@ -2,50 +2,36 @@
 
 import math
 
-from numpy.typing import ArrayLike, NDArray
-
 from studies.laws._handbook import RYAN
-from studies.shields.laws._shields import (
-    FAST,
-    STEEPEST,
-    HandbookShield,
-    ThinBumper,
-    in_handbook_units,
-    in_metres,
-    range_of,
-    shield_law,
-)
+from studies.shields.laws._shields import FAST, STEEPEST, HandbookShield, ThinBumper, in_si, range_of, shield_law
 from studies.shields.laws.whipple_nno import slow_diameter
-from studies.shields.shield import Shield
 
 # Onset of fragmentation, Piekutowski: 1.436 (t_b/d)^(-1/3) km/s, and 2.60 km/s from t_b/d = 0.16 on.
 SHATTER, THICK_SHATTER, THICK = 1.436, 2.60, 0.16
 SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
-) -> NDArray:
-    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
+@in_si
+def critical_diameter(shield: HandbookShield, speed: float, obliquity: float = 0.0) -> float:
+    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad.
 
     Behind a bumper of at least a quarter of the diameter it is the equation of
     Christiansen (1993) from 7 km/s on, 0.3584 cm at 14 km/s in Fig. 4-4 of the handbook:
 
+    >>> from studies.shields.shield import Shield
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> float((100.0 * critical_diameter(14e3, 2713.0, 2796.0, shield)).round(4))
     0.3584
     """
     lean = min(obliquity, math.radians(STEEPEST))
     cosine = math.cos(lean)
-    matter = in_handbook_units(shield, bumper_density, projectile_density)
     thin = ThinBumper(
-        slow_diameter=lambda normal: slow_diameter(matter, normal / cosine, lean),
+        slow_diameter=lambda normal: slow_diameter(shield, normal / cosine, lean),
         shatter_speed=_shatter_speed,
-        wall_ratio=lambda diameter: _wall_ratio(matter, diameter, cosine),
+        wall_ratio=lambda diameter: _wall_ratio(shield, diameter, cosine),
         critical_thickness=lambda stand_off: 0.20 if stand_off >= SPACIOUS else 0.25,
     )
-    critical = matter.critical_diameter(thin)
-    return in_metres(speed, lambda each: critical(each * cosine))
+    return shield.critical_diameter(speed * cosine, thin)
 
 
 def _shatter_speed(thickness: float) -> float:

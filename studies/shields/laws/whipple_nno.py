@@ -2,8 +2,6 @@
 
 import math
 
-from numpy.typing import ArrayLike, NDArray
-
 from studies.laws._handbook import HANDBOOK
 from studies.shields.laws._shields import (
     FAST,
@@ -11,31 +9,31 @@ from studies.shields.laws._shields import (
     STEEPEST,
     HandbookShield,
     by_three_ranges,
-    in_handbook_units,
-    in_metres,
+    in_si,
     range_of,
     shield_law,
 )
-from studies.shields.shield import Shield
 
 SLOW = 3.0  # km/s of the normal speed, up to which the projectile stays whole
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
-) -> NDArray:
-    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
+@in_si
+def critical_diameter(shield: HandbookShield, speed: float, obliquity: float = 0.0) -> float:
+    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad.
 
     The shield of Fig. 4-4 of the handbook: bumper 0.12 cm of 2.713 g/cm3, 10 cm before 0.32 cm of 6061-T6 (40 ksi),
     hit by 2.796 g/cm3 at 1, 3, 5, 7 and 10 km/s, in cm:
 
+    >>> from studies.shields.shield import Shield
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.458, 0.2288, 0.3989, 0.569, 0.4486]
     """
     lean = min(obliquity, math.radians(STEEPEST))
-    matter = in_handbook_units(shield, bumper_density, projectile_density)
-    return in_metres(speed, lambda each: _critical(matter, each, lean))
+    cosine = math.cos(lean)
+    return by_three_ranges(
+        speed * cosine, (SLOW, FAST), lambda normal: slow_diameter(shield, normal / cosine, lean), shield.fast_diameter
+    )
 
 
 def slow_diameter(shield: HandbookShield, speed: float, obliquity: float) -> float:
@@ -44,16 +42,6 @@ def slow_diameter(shield: HandbookShield, speed: float, obliquity: float) -> flo
     lean = math.cos(obliquity) ** (5.0 / 3.0)
     matter = 0.6 * lean * shield.projectile_density**0.5
     return float((stopping / (matter * speed ** (2.0 / 3.0))) ** SIZE)
-
-
-def _critical(shield: HandbookShield, speed: float, obliquity: float) -> float:
-    cosine = math.cos(obliquity)
-    return by_three_ranges(
-        speed * cosine,
-        (SLOW, FAST),
-        lambda normal: slow_diameter(shield, normal / cosine, obliquity),
-        shield.fast_diameter,
-    )
 
 
 LAW = shield_law(

@@ -12,49 +12,32 @@ shatter the projectile, so that the text of the paper is followed.
 
 import math
 
-from numpy.typing import ArrayLike, NDArray
-
-from studies.shields.laws._shields import (
-    FAST,
-    STEEPEST,
-    HandbookShield,
-    by_three_ranges,
-    in_handbook_units,
-    in_metres,
-    range_of,
-    shield_law,
-)
+from studies.shields.laws._shields import FAST, STEEPEST, HandbookShield, by_three_ranges, in_si, range_of, shield_law
 from studies.shields.laws.whipple_nno import SLOW
-from studies.shields.shield import Shield
 
 SOURCE = "Christiansen and Kerr (2001), Int. J. Impact Eng. 26, 93"
 THICK = 0.126  # t_b / (t_w^(2/3) S^(1/2)), cm^(-1/6), from which a thicker bumper changes nothing
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
-) -> NDArray:
-    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
+@in_si
+def critical_diameter(shield: HandbookShield, speed: float, obliquity: float = 0.0) -> float:
+    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad.
 
     The shield of Fig. 4 of the paper, 0.12 cm, 10 cm before 0.32 cm of 6061-T6 (40 ksi, 2.713 g/cm3), hit by
     2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
+    >>> from studies.shields.shield import Shield
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3, 14e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.5005, 0.2406, 0.3308, 0.421, 0.3319, 0.2652]
     """
     lean = min(obliquity, math.radians(STEEPEST))
     cosine = math.cos(lean)
-    matter = in_handbook_units(shield, bumper_density, projectile_density)
-    ends = SLOW / cosine**1.5, FAST / cosine
-    return in_metres(
+    return by_three_ranges(
         speed,
-        lambda each: by_three_ranges(
-            each,
-            ends,
-            lambda slow: _slow_diameter(matter, slow, cosine),
-            lambda fast: _fast_diameter(matter, fast * cosine),
-        ),
+        (SLOW / cosine**1.5, FAST / cosine),
+        lambda slow: _slow_diameter(shield, slow, cosine),
+        lambda fast: _fast_diameter(shield, fast * cosine),
     )
 
 

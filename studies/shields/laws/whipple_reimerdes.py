@@ -2,45 +2,34 @@
 
 import math
 
-from numpy.typing import ArrayLike, NDArray
-
 from studies.laws.plates import ALUMINIUM as FACTORS
 from studies.laws.reimerdes import OF_ALUMINIUM, OF_MASS
-from studies.shields.laws._shields import (
-    FAST,
-    SIZE,
-    HandbookShield,
-    ThinBumper,
-    in_handbook_units,
-    in_metres,
-    range_of,
-    shield_law,
-)
-from studies.shields.shield import Shield
+from studies.shields.laws._shields import FAST, SIZE, HandbookShield, ThinBumper, in_si, range_of, shield_law
 
 SOURCE = "Reimerdes, Noelke and Schaefer (2006), Int. J. Impact Eng. 33, 645"
 CRITICAL = 0.2  # t_b/d
 
 
-def critical_diameter(speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield) -> NDArray:
-    """Smallest projectile, m, that perforates the wall at normal impact; m/s, kg/m3; broadcasts over the speed.
+@in_si
+def critical_diameter(shield: HandbookShield, speed: float) -> float:
+    """Smallest projectile, m, that perforates the wall at normal impact; m/s, kg/m3.
 
     Behind a bumper of at least a fifth of the diameter it is the equation of Christiansen (1993) from 7 km/s on, in cm
     0.569 at 7 km/s and 0.3584 at 14 km/s in Fig. 4-4 of the handbook:
 
+    >>> from studies.shields.shield import Shield
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> (100.0 * critical_diameter([7e3, 14e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.569, 0.3584]
     """
-    matter = in_handbook_units(shield, bumper_density, projectile_density)
     thin = ThinBumper(
-        slow_diameter=lambda each: _slow_diameter(matter, each),
+        slow_diameter=lambda normal: _slow_diameter(shield, normal),
         # The text of the paper drops the minus sign: thinner bumpers shatter later.
         shatter_speed=lambda thickness: 1.853 + 0.397 * thickness**-0.565,
-        wall_ratio=lambda diameter: _wall_ratio(matter, diameter),
+        wall_ratio=lambda diameter: _wall_ratio(shield, diameter),
         critical_thickness=lambda stand_off: CRITICAL,
     )
-    return in_metres(speed, matter.critical_diameter(thin))
+    return shield.critical_diameter(speed, thin)
 
 
 def _slow_diameter(shield: HandbookShield, speed: float) -> float:

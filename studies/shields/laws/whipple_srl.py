@@ -2,8 +2,6 @@
 
 import math
 
-from numpy.typing import ArrayLike, NDArray
-
 from studies.laws import Reason, Shot
 from studies.laws._range import stated
 from studies.shields.laws._shields import (
@@ -12,14 +10,13 @@ from studies.shields.laws._shields import (
     HandbookShield,
     ShieldCode,
     by_three_ranges,
-    in_handbook_units,
-    in_metres,
+    in_si,
     range_of,
     shield_law,
     without_yield_stress,
 )
 from studies.shields.laws.whipple_nno import SLOW
-from studies.shields.shield import Shield, shield_of
+from studies.shields.shield import shield_of
 
 SOURCE = "Schaefer, Ryan, Lambert and Putzar (2008), Int. J. Impact Eng. 35, 1784"
 PROGRAM = (
@@ -31,15 +28,14 @@ BETA, GAMMA = 2.0 / 3.0, 1.0 / 3.0
 UPRIGHT, LEANING = (4.0 / 3.0, 8.0 / 3.0), (5.0 / 4.0, 10.0 / 4.0)
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
-) -> NDArray:
-    """Smallest projectile, m, that detaches spall or perforates the wall; m/s, kg/m3, rad; broadcasts over the speed.
+@in_si
+def critical_diameter(shield: HandbookShield, speed: float, obliquity: float = 0.0) -> float:
+    """Smallest projectile, m, that detaches spall or perforates the wall; m/s, kg/m3, rad.
 
     Two walls, 0.12 cm, 10 cm before 0.32 cm (40 ksi); then three, 0.13 cm, 3.8 cm before 0.2 cm, 3.8 cm before 0.32 cm
     (57 ksi); 2.713 g/cm3, hit by 2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
-    >>> from studies.shields.shield import FurtherBumper
+    >>> from studies.shields.shield import FurtherBumper, Shield
     >>> two = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> three = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57 / 0.145038 * 1e6, further_bumpers=(FurtherBumper(0.2e-2, 3.8e-2),))
     >>> speeds = [1e3, 3e3, 5e3, 7e3, 10e3, 14e3]
@@ -58,17 +54,13 @@ def critical_diameter(
     >>> at(three, 30.0), at(three, 60.0)
     ([0.612, 0.4719, 0.382], [1.1596, 0.6501, 1.1106])
     """
-    matter = in_handbook_units(shield, bumper_density, projectile_density)
     exponents = LEANING if 45.0 < math.degrees(obliquity) < 65.0 else UPRIGHT
     cosine = math.cos(obliquity)
-    return in_metres(
+    return by_three_ranges(
         speed,
-        lambda each: by_three_ranges(
-            each,
-            (SLOW / cosine, FAST / cosine),
-            lambda slow: _slow_diameter(matter, slow, cosine, exponents[0]),
-            lambda fast: _fast_diameter(matter, fast, cosine, *exponents),
-        ),
+        (SLOW / cosine, FAST / cosine),
+        lambda slow: _slow_diameter(shield, slow, cosine, exponents[0]),
+        lambda fast: _fast_diameter(shield, fast, cosine, *exponents),
     )
 
 

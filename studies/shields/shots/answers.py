@@ -10,10 +10,11 @@ from studies import laws
 from studies.answers.targets import Addition
 from studies.quantities.display import percent
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
-from studies.shields.shots.chance import Probability, probability
-from studies.shields.shots.inverse import SafeSize, safe_sizes
+from studies.shields.shots.chance import probability
+from studies.shields.shots.inverse import safe_sizes
 from studies.shields.shots.judged import Judged, equations, judge
 from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.records import Probability, SafeSize
 from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 
 # What the field calls the equations, in a sentence.
@@ -86,18 +87,17 @@ class ShieldAnswer(Addition):
 
 def shown(probability: Probability) -> str:
     """A probability with its interval: "42 % (27 to 58)"."""
-    low, high = (f"{100.0 * each:.0f}" for each in (probability.low, probability.high))
+    low, high = (f"{100.0 * end:.0f}" for end in (probability.low, probability.high))
     return f"{percent(probability.value)} % ({low} to {high})"
 
 
-def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
-    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it."""
-    shots = (*published().shots, *own)
-    ordered = nearest(shot, shots, len(shots))
-    near = [each.shot for each in ordered if each.distance <= NEAR]
-    ease, eases = _ease(shot), [_ease(each.shot) for each in ordered]
-    easier = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
-    harder = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
+def answer(shot: ShotAtShield) -> ShieldAnswer:
+    """All that equations and shots say about a shot on a shield."""
+    ordered = nearest(shot, published().shots, len(published().shots))
+    near = [other.shot for other in ordered if other.distance <= NEAR]
+    ease, eases = _ease(shot), [_ease(other.shot) for other in ordered]
+    easier = [other for other, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
+    harder = [other for other, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
     return ShieldAnswer(
         probability=probability(shot),
         words=tuple(_words(shot)),
@@ -105,8 +105,8 @@ def answer(shot: ShotAtShield, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
         nearest=ordered[:LISTED],
         judged=tuple(judge(law, near, "near") for law in equations()),
         outside=tuple(outside_of_shots(shot)),
-        easier=_ordered(easier, [each for each in easier if each.shot.is_perforated]),
-        harder=_ordered(harder, [each for each in harder if not each.shot.is_perforated]),
+        easier=_ordered(easier, [other for other in easier if other.shot.is_perforated]),
+        harder=_ordered(harder, [other for other in harder if not other.shot.is_perforated]),
         safe=safe_sizes(shot),
     )
 

@@ -47,6 +47,7 @@ from studies.quantities.roots import root_between
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots.judged import equations, margin, margins
 from studies.shields.shots.outside import outside_of_shots
+from studies.shields.shots.records import Probability, written
 from studies.shields.shots.table import ShieldShot, laboratory, published
 
 STORED = Path(__file__).with_name("fitted.json")
@@ -76,15 +77,6 @@ def logit(chance: ArrayLike) -> NDArray:
 
 
 @dataclass(frozen=True)
-class Probability:
-    """A probability with the interval, at 95 %, that a laboratory not seen may find."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
 class Curve:
     """The probability of failure as a function of an equation's margin."""
 
@@ -106,7 +98,7 @@ class Curve:
 
     def probability(self, shot: ShotAtShield, margin: float) -> Probability:
         """That the wall of a shot with a margin is perforated."""
-        logit, deviation = (float(each[0]) for each in self.logits(terms([margin], [shot])))
+        logit, deviation = (float(of_one[0]) for of_one in self.logits(terms([margin], [shot])))
         return Probability(*(float(expit(logit + k * deviation)) for k in (0.0, -DEVIATE, DEVIATE)))
 
 
@@ -168,10 +160,10 @@ def _between(chance: NDArray, failed: NDArray, laboratories: Sequence[str]) -> f
 
 def fitted(law: Law, shots: Sequence[ShieldShot]) -> Curve:
     """The curve of an equation for the shots that its range covers."""
-    pairs = [(each, shot) for each, shot in zip(margins(law, shots), shots, strict=True) if not math.isnan(each)]
+    pairs = [(x, shot) for x, shot in zip(margins(law, shots), shots, strict=True) if not math.isnan(x)]
     covered = [shot for _, shot in pairs]
     failed = np.array([shot.is_perforated for shot in covered], float)
-    return fit(law.name, terms([each for each, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
+    return fit(law.name, terms([x for x, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
 
 
 def compute() -> dict[str, Curve]:
@@ -193,10 +185,10 @@ def probability(shot: ShotAtShield) -> Probability | None:
 
 def mean_of_curves(shot: ShotAtShield) -> Probability | None:
     """The mean of the curves of the equations that cover a shot, outside of all shots too; None without an equation."""
-    each = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
-    if not each:
+    said = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
+    if not said:
         return None
-    return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
+    return Probability(*(sum(values) / len(said) for values in zip(*map(astuple, said), strict=True)))
 
 
 def chance_of(shot: ShotAtShield) -> Callable[[ShotAtShield], float] | None:
@@ -242,7 +234,10 @@ def diameters_at(shot: ShotAtShield, chances: Sequence[float]) -> list[float]:
 
     logarithms = [root_between(partial(excess, asked), -WIDEST, WIDEST, within=1e-9) for asked in chances]
     sizes = [size * math.exp(logarithm) for logarithm in logarithms]
-    return [math.nan if any(outside_of_shots(replace(shot, projectile_diameter=each))) else each for each in sizes]
+    return [
+        math.nan if any(outside_of_shots(replace(shot, projectile_diameter=diameter))) else diameter
+        for diameter in sizes
+    ]
 
 
 def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:
@@ -252,5 +247,4 @@ def _covering(shot: ShotAtShield) -> list[tuple[Law, float]]:
 
 
 if __name__ == "__main__":
-    plain = {name: asdict(curve) for name, curve in compute().items()}
-    STORED.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+    STORED.write_text(written({name: asdict(curve) for name, curve in compute().items()}), encoding="utf-8")

@@ -4,17 +4,20 @@
 """
 
 import json
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from studies.outcomes.found import Share
+from studies.outcomes.found import DEVIATE, Share
 from studies.shields.shots.judged import RANGES, range_of
+from studies.shields.shots.records import Probability
 
 FAST = RANGES[1][1]  # m/s: slower shots are counted apart
 STORED = Path(__file__).with_name("joined.json")
+Simulated = Literal["perforated", "held", "open"]
 
 
 @dataclass(frozen=True)
@@ -46,16 +49,39 @@ class DrawnShots:
         return self.gained - self.within > 0.0
 
 
+@dataclass(frozen=True)
+class Joint:
+    """What the outcome of a simulation adds to the logit of the probability."""
+
+    perforated: float
+    held: float
+    covariance: tuple[tuple[float, float], tuple[float, float]]
+    shots: int  # of the fit
+    ranges: tuple[DrawnShots, ...] = ()  # of the normal speed
+
+    def is_joined_at(self, normal_speed: float) -> bool:
+        """Whether such simulations are seen to help at a normal speed, m/s."""
+        return bool(self.ranges) and self.ranges[range_of(normal_speed)].is_gain
+
+    def probability(self, before: Probability, told: Simulated) -> Probability:
+        """The probability with the outcome of a simulation; one that is certain in double precision stays."""
+        from studies.shields.shots.chance import expit, logit  # with NumPy, without which pages count shots
+
+        if told == "open" or before.value in (0.0, 1.0):
+            return before
+        place = ("perforated", "held").index(told)
+        shift, variance = (self.perforated, self.held)[place], self.covariance[place][place]
+        middle, low, high = (float(logit(chance)) for chance in (before.value, before.low, before.high))
+        down, up = (math.hypot(end - middle, DEVIATE * math.sqrt(variance)) for end in (low, high))
+        return Probability(*(float(expit(middle + shift + by)) for by in (0.0, -down, up)))
+
+
 @cache
-def stored() -> Mapping[str, Mapping[str, Any]]:
-    """What is stored of each kind, by its name; nothing before shots were simulated."""
-    kinds: Mapping[str, Mapping[str, Any]] = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
-    return kinds
-
-
-def ranges_of(kind: SimulationKind) -> tuple[DrawnShots, ...]:
-    """The drawn shots of a kind by range of the normal speed; none of one that no shots were simulated by."""
-    return tuple(DrawnShots(**each) for each in stored().get(kind.name, {}).get("ranges", ()))
+def stored() -> Mapping[str, Joint]:
+    """What is stored of each kind of simulation that shots were simulated by, by its name."""
+    kinds = json.loads(STORED.read_text(encoding="utf-8"))
+    ranges = {name: tuple(DrawnShots(**place) for place in kind["ranges"]) for name, kind in kinds.items()}
+    return {name: Joint(**{**kind, "ranges": ranges[name]}) for name, kind in kinds.items()}
 
 
 def failures_found(failure: str, normal_speed: float) -> Share | None:
@@ -63,20 +89,8 @@ def failures_found(failure: str, normal_speed: float) -> Share | None:
 
     None where no shots were simulated with it.
     """
-    ranges = ranges_of(SimulationKind((failure,), "one"))
-    mine = [each for place, each in enumerate(ranges) if (place == 0) == (range_of(normal_speed) == 0)]
-    return Share(sum(each.found for each in mine), sum(each.perforated for each in mine)) if mine else None
-
-
-def beside_held(found: Share | None) -> str:
-    """What stands beside a simulated wall that holds: "such simulations found 7 of 17 walls that were perforated"."""
-    if found is None:
-        return "no published shots were simulated like this"
-    return f"such simulations found {found.count} of {found.of} walls that were perforated"
-
-
-def beside_walls(failures: Iterable[str]) -> str:
-    """What stands below a table of simulated walls, by the failures of its runs."""
-    told = {each: beside_held(failures_found(each, FAST)) for each in failures}
-    each = [f"with failure {failure}, {text}" for failure, text in told.items()]
-    return f"Where a wall holds at {FAST / 1e3:g} km/s or faster: {'; '.join(each)}."
+    kind = stored().get(SimulationKind((failure,), "one").name)
+    if kind is None:
+        return None
+    mine = kind.ranges[:1] if range_of(normal_speed) == 0 else kind.ranges[1:]
+    return Share(sum(shots.found for shots in mine), sum(shots.perforated for shots in mine))

@@ -6,8 +6,7 @@ published shots are, an equation wherever it has a value.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from functools import cache, partial
 
 from solver.units import Metre
@@ -18,39 +17,12 @@ from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield, reshielded
 from studies.shields.shots.chance import chance_of, chance_of_diameter
 from studies.shields.shots.judged import margin
 from studies.shields.shots.outside import bounds_of_shots, outside_of_shots
+from studies.shields.shots.records import NoSize, SafeSize, Size
 
 RISKS = (0.1, 0.5)
 WITHIN = 1e-5  # relative, of a size: the risk changes by less than 0.01 % of it
 # Of equations, which state no bounds of walls and stand-offs: what a question to laws may have.
 OF_EQUATIONS: Mapping[str, tuple[Metre, Metre]] = {"wall_thickness": (1e-6, 1.0), "stand_off": (1e-6, 10.0)}
-
-
-class Size(StrEnum):
-    """A size of a shot that is looked for, by the name of its parameter."""
-
-    SPHERE = "projectile_diameter"  # the largest
-    WALL = "wall_thickness"  # the thinnest
-    STAND_OFF = "stand_off"  # the shortest
-
-
-class NoSize(StrEnum):
-    """Why there is no largest sphere, thinnest wall or shortest stand-off."""
-
-    SAFE = "safe_throughout"  # the shield is safe at every size that may be asked
-    UNSAFE = "unsafe_throughout"  # it is safe at none
-    OUTSIDE_OF_SHOTS = "outside_of_shots"  # the shot is like none of the published ones in something else
-    NO_EQUATION = "no_equation"  # the equation does not cover the shot, or for a risk none does
-
-
-@dataclass(frozen=True)
-class SafeSize:
-    """The size at which a shield is just safe, all else as in the shot."""
-
-    size: Size
-    risk: float | None  # probability to fail; None of an equation
-    law: str | None  # name of an equation; None of a risk
-    value: Metre | None  # None with a reason
-    reason: NoSize | None = None
 
 
 def safe_sizes(shot: ShotAtShield) -> tuple[SafeSize, ...]:
@@ -63,9 +35,7 @@ def resized(shot: ShotAtShield, size: Size, value: Metre) -> ShotAtShield:
     """The shot with another sphere, wall or stand-off."""
     if size is Size.SPHERE:
         return replace(shot, projectile_diameter=value)
-    if size is Size.WALL:
-        return reshielded(shot, wall_thickness=value)
-    return reshielded(shot, stand_off=value)
+    return reshielded(shot, **{size.value: value})
 
 
 def _by_risk(shot: ShotAtShield) -> Iterator[SafeSize]:
@@ -74,10 +44,10 @@ def _by_risk(shot: ShotAtShield) -> Iterator[SafeSize]:
         inside = low < high and not any(outside_of_shots(resized(shot, size, math.sqrt(low * high))))
         chance = _chance(shot, size) if inside else None
         for risk in RISKS:
-            found: Metre | NoSize = NoSize.NO_EQUATION if inside else NoSize.OUTSIDE_OF_SHOTS
-            if chance is not None:
-                found = _just_safe(size, partial(_excess, chance, risk), low, high)
-            yield _record(size, risk, None, found)
+            if chance is None:
+                yield SafeSize(size, risk, None, None, NoSize.NO_EQUATION if inside else NoSize.OUTSIDE_OF_SHOTS)
+            else:
+                yield SafeSize(size, risk, None, *_just_safe(size, partial(_excess, chance, risk), low, high))
 
 
 def _chance(shot: ShotAtShield, size: Size) -> Callable[[float], float] | None:
@@ -96,30 +66,29 @@ def _by_equation(law: Law, shot: ShotAtShield) -> Iterator[SafeSize]:
     covers = not math.isnan(margin(law, shot))
     for size in Size:
         if not covers:
-            found: Metre | NoSize = NoSize.NO_EQUATION
+            yield SafeSize(size, None, law.name, None, NoSize.NO_EQUATION)
         elif size is Size.SPHERE:
-            found = law.evaluate(shot).value
+            yield SafeSize(size, None, law.name, law.evaluate(shot).value)
         else:
-            found = _just_safe(size, partial(_margin, law, shot, size), *OF_EQUATIONS[size])
-        yield _record(size, None, law.name, found)
+            excess = partial(_margin, law, shot, size)
+            yield SafeSize(size, None, law.name, *_just_safe(size, excess, *OF_EQUATIONS[size]))
 
 
 def _margin(law: Law, shot: ShotAtShield, size: Size, value: float) -> float:
     return margin(law, resized(shot, size, value))
 
 
-def _record(size: Size, risk: float | None, law: str | None, found: Metre | NoSize) -> SafeSize:
-    if isinstance(found, NoSize):
-        return SafeSize(size, risk, law, None, found)
-    return SafeSize(size, risk, law, found)
+def _just_safe(
+    size: Size, excess: Callable[[float], float], low: Metre, high: Metre
+) -> tuple[Metre | None, NoSize | None]:
+    """The size between two bounds beyond which what is in excess of the limit is positive; or why there is none.
 
-
-def _just_safe(size: Size, excess: Callable[[float], float], low: Metre, high: Metre) -> Metre | NoSize:
-    """The size between two bounds beyond which what is in excess of the limit is positive; on the safe side."""
+    It is on the safe side.
+    """
     unsafe = [excess(end) > 0.0 for end in (low, high)]
     if all(unsafe) or not any(unsafe):
-        return NoSize.UNSAFE if all(unsafe) else NoSize.SAFE
+        return None, NoSize.UNSAFE if all(unsafe) else NoSize.SAFE
     found = root_between(lambda x: excess(math.exp(x)), math.log(low), math.log(high), within=WITHIN)
     # Where an equation jumps, as one does at S/d = 30, the root may lie on its other side.
     safer = -WITHIN if size is Size.SPHERE else WITHIN
-    return math.exp(found if excess(math.exp(found)) <= 0.0 else found + safer)
+    return math.exp(found if excess(math.exp(found)) <= 0.0 else found + safer), None

@@ -25,21 +25,19 @@ once the lower end of what it gains there in 7, the mean less 1.96 standard erro
 help laboratories that are left out helps no shield that is not built yet.
 """
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studies.outcomes.found import DEVIATE
-from studies.shields.shots import drawn
-from studies.shields.shots.chance import Probability, expit, logit, most_probable
-from studies.shields.shots.drawn import DrawnShots, SimulationKind
+from studies.shields.shots.chance import expit, logit, most_probable
+from studies.shields.shots.drawn import STORED, DrawnShots, Joint, Simulated, SimulationKind
 from studies.shields.shots.judged import RANGES, range_of
+from studies.shields.shots.records import Probability, written
 from studies.shields.shots.table import ShieldShot, laboratory, published
 from studies.shields.shots.validation import predict
 
@@ -47,8 +45,6 @@ PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
 LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
 THROUGH_WALL = 8.0  # cells, at least
-Simulated = Literal["perforated", "held", "open"]
-NOT_JOINED = "the simulation is not counted"
 
 
 @dataclass(frozen=True)
@@ -62,31 +58,6 @@ class SimulatedShot:
 
 
 @dataclass(frozen=True)
-class Joint:
-    """What the outcome of a simulation adds to the logit of the probability."""
-
-    perforated: float
-    held: float
-    covariance: tuple[tuple[float, float], tuple[float, float]]
-    shots: int  # of the fit
-    ranges: tuple[DrawnShots, ...] = ()  # of the normal speed
-
-    def is_joined_at(self, normal_speed: float) -> bool:
-        """Whether such simulations are seen to help at a normal speed, m/s."""
-        return bool(self.ranges) and self.ranges[range_of(normal_speed)].is_gain
-
-    def probability(self, before: Probability, told: Simulated) -> Probability:
-        """The probability with the outcome of a simulation; one that is certain in double precision stays."""
-        if told == "open" or before.value in (0.0, 1.0):
-            return before
-        place = ("perforated", "held").index(told)
-        shift, variance = (self.perforated, self.held)[place], self.covariance[place][place]
-        middle, low, high = (float(logit(each)) for each in (before.value, before.low, before.high))
-        down, up = (math.hypot(end - middle, DEVIATE * math.sqrt(variance)) for end in (low, high))
-        return Probability(*(float(expit(middle + shift + by)) for by in (0.0, -down, up)))
-
-
-@dataclass(frozen=True)
 class Scores:
     """Drawn shots predicted without their laboratory: P_e, and P that is joined with the simulation."""
 
@@ -97,13 +68,13 @@ class Scores:
 
     def squares(self) -> tuple[NDArray, NDArray]:
         """The square of P_e and of P less the outcome of each shot."""
-        before, after = (np.array([each.value for each in said]) for said in (self.before, self.after))
+        before, after = (np.array([chance.value for chance in said]) for said in (self.before, self.after))
         return (before - self.failed) ** 2, (after - self.failed) ** 2
 
     def brier(self, *, weighted: bool = False) -> tuple[float, float]:
         """Brier scores of P_e and of P; over all shots that might have been drawn where it is weighted."""
         weights = 1.0 / self.shares if weighted else np.ones(len(self.shares))
-        before, after = (float(np.average(each, weights=weights)) for each in self.squares())
+        before, after = (float(np.average(square, weights=weights)) for square in self.squares())
         return before, after
 
     def gained(self, shots: Sequence[int] | slice = slice(None)) -> tuple[float, float]:
@@ -133,9 +104,9 @@ def cells_through(wall_thickness: float, diameter: float, across: float) -> floa
 
 def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> Joint:
     """The constants that join simulations with P_e of each shot."""
-    told = np.array([[each.told == "perforated", each.told == "held"] for each in shots], float)
-    failed = np.array([each.shot.is_perforated for each in shots], float)
-    known = logit([each.value for each in before]) + np.log([each.odds for each in shots])
+    told = np.array([[shot.told == "perforated", shot.told == "held"] for shot in shots], float)
+    failed = np.array([shot.shot.is_perforated for shot in shots], float)
+    known = logit([chance.value for chance in before]) + np.log([shot.odds for shot in shots])
     constants, covariance = most_probable(told, failed, PRIOR, known)
     rows = covariance.tolist()
     return Joint(float(constants[0]), float(constants[1]), (tuple(rows[0]), tuple(rows[1])), len(shots))
@@ -144,7 +115,7 @@ def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> J
 def unseen(shots: Sequence[SimulatedShot], without: str = "") -> list[Probability]:
     """P_e of each shot by curves that have seen neither its laboratory nor one that none of the shots is of."""
     chances = _unseen(without)
-    return [chances[each.shot] for each in shots]
+    return [chances[shot.shot] for shot in shots]
 
 
 @cache
@@ -162,12 +133,12 @@ def _unseen(without: str) -> Mapping[ShieldShot, Probability]:
 def validated(shots: Sequence[SimulatedShot]) -> Scores:
     """Each shot predicted by the other laboratories alone, with and without its simulation."""
     before, after = unseen(shots), list[Probability]()
-    for each, chance in zip(shots, before, strict=True):
-        others = [other for other in shots if laboratory(other.shot) != laboratory(each.shot)]
-        joint = joint_of(unseen(others, laboratory(each.shot)), others)
-        after.append(joint.probability(chance, each.told))
-    failed = np.array([each.shot.is_perforated for each in shots], float)
-    return Scores(before, after, failed, np.array([each.share for each in shots]))
+    for mine, chance in zip(shots, before, strict=True):
+        others = [other for other in shots if laboratory(other.shot) != laboratory(mine.shot)]
+        joint = joint_of(unseen(others, laboratory(mine.shot)), others)
+        after.append(joint.probability(chance, mine.told))
+    failed = np.array([shot.shot.is_perforated for shot in shots], float)
+    return Scores(before, after, failed, np.array([shot.share for shot in shots]))
 
 
 # --- the constants that ship ------------------------------------------------------------------------
@@ -176,7 +147,7 @@ def validated(shots: Sequence[SimulatedShot]) -> Scores:
 def drawn_shots(shots: Sequence[SimulatedShot], scores: Scores) -> Iterator[DrawnShots]:
     """What the simulated shots say of their kind, by range of the normal speed."""
     for place in range(len(RANGES)):
-        mine = [number for number, each in enumerate(shots) if range_of(each.shot.normal_speed) == place]
+        mine = [number for number, shot in enumerate(shots) if range_of(shot.shot.normal_speed) == place]
         failed = [shots[number].told for number in mine if shots[number].shot.is_perforated]
         gained, within = scores.gained(mine)
         yield DrawnShots(len(mine), gained, within, len(failed), failed.count("perforated"))
@@ -188,10 +159,4 @@ def store(simulations: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> None
         kind.name: asdict(replace(joint_of(unseen(shots), shots), ranges=tuple(drawn_shots(shots, validated(shots)))))
         for kind, shots in simulations.items()
     }
-    drawn.STORED.write_text(json.dumps(joints, indent=1) + "\n", encoding="utf-8")
-
-
-def joint(kind: SimulationKind) -> Joint | None:
-    """The constants of a kind of simulation; None where no shots were simulated by such runs."""
-    constants = drawn.stored().get(kind.name)
-    return Joint(**{**constants, "ranges": drawn.ranges_of(kind)}) if constants else None
+    STORED.write_text(written(joints), encoding="utf-8")

@@ -50,7 +50,7 @@ def margin(law: Law, shot: Shot) -> float:
 
 def margins(law: Law, shots: Sequence[ShieldShot]) -> list[float]:
     """The margin of each shot."""
-    return [margin(law, each.as_shot()) for each in shots]
+    return [margin(law, shot.as_shot()) for shot in shots]
 
 
 def range_of(normal_speed: float) -> int:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache, partial
 from importlib.resources import files
-from itertools import permutations
-from typing import Annotated, Any, Literal, get_args
+from itertools import chain, permutations
+from typing import Annotated, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
 from studies.materials import Material, load
@@ -23,7 +23,7 @@ from studies.observations.table import (
     yes_or_no,
 )
 from studies.quantities.findings import Finding, Findings, refusal
-from studies.quantities.parameters import declared, find, missing, parse_value
+from studies.quantities.parameters import Plain, Value, declared, find, missing, nested, parse_value
 from studies.shields.shield import ALUMINIUM, Shield, ShotAtShield
 
 WallOutcome = Literal["perforated", "held"]  # of the wall
@@ -47,6 +47,9 @@ DENSITIES: Mapping[str, float] = {
 IN_DOUBT = "AFML-TR-70-135"
 CONTRADICTED = "of a source whose outcomes contradict each other"
 SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
+# A shield is like another where the root of the summed squares of ln ratios (bumper, wall, space, yield stress of the
+# wall, densities) and of the angle in rad is no more: each ratio within 1.5 if all else is equal.
+LIKE = 0.4
 NEAR = 0.5  # of the distance: five numbers that differ by a quarter each
 OTHER_METAL = 1.1  # ratio of densities: those of alloys of aluminium differ by less, those of other metals by more
 
@@ -163,7 +166,8 @@ def collected() -> Screening:
     text = files(__package__).joinpath("shots.csv").read_text(encoding="utf-8")
     cell = cache(partial(_cell, where=PATH))  # most numbers repeat: 0.05 s for 0.2 s (2026-11)
     rows = (row for _, row in rows_of(text, PATH, texts=WORDS))
-    return screened([ShieldShot(**dict(pair for each in row.items() for pair in cell(*each).items())) for row in rows])
+    values = (dict(chain.from_iterable(cell(*item).items() for item in row.items())) for row in rows)
+    return screened(nested(ShieldShot, of_shot) for of_shot in values)
 
 
 @cache
@@ -194,11 +198,11 @@ def laboratory(shot: ShieldShot) -> str:
     return sources().get(shot.source, {}).get("laboratory", shot.source)
 
 
-def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
+def _read(row: Mapping[str, Plain], where: str) -> ShieldShot:
     findings, fields_of_shot = Findings(), declared(ShieldShot)
-    values: dict[str, Any] = {}
+    values: dict[str, Value] = {}
 
-    def read(heading: str, raw: Any) -> None:
+    def read(heading: str, raw: Plain) -> None:
         value = _cell(heading, raw, where)
         for field in value.keys() & values:
             raise refusal(f"{where}.{field}", heading, "each column once", "remove one of the two")
@@ -208,13 +212,15 @@ def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
         findings.attempt(read, *item)
     if not findings:
         findings.extend(
-            missing(each, where) for each in fields_of_shot.values() if each.required and each.name not in values
+            missing(parameter, where)
+            for parameter in fields_of_shot.values()
+            if parameter.required and parameter.name not in values
         )
     findings.check()
-    return ShieldShot(**values)
+    return nested(ShieldShot, values)
 
 
-def _cell(heading: str, raw: Any, where: str) -> dict[str, Any]:
+def _cell(heading: str, raw: Plain, where: str) -> dict[str, Value]:
     """The field of a shot that a cell fills, with its value; an empty cell fills none."""
     fields_of_shot = declared(ShieldShot)
     name, unit = heading_of(heading, {*fields_of_shot, PERFORATED}, where)
@@ -335,7 +341,7 @@ def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], di
             equal[name] = value
             return
         low, _, high = value.partition(TO)
-        bounds = [parse_value(parameter, each, f"where.{name}") for each in (low, high or low)]
+        bounds = [parse_value(parameter, end, f"where.{name}") for end in (low, high or low)]
         within[name] = (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
 
     for text in raw:
@@ -353,50 +359,37 @@ def nearest(shot: ShotAtShield, shots: Sequence[ShieldShot], count: int) -> tupl
     the powers. Of another metal is what has a density more than a tenth apart.
     """
     pairs = zip(shots, distances(shot, shots), strict=True)
-    near = (NearShot(each, distance) for each, distance in pairs if math.isfinite(distance))
-    return tuple(sorted(near, key=lambda each: each.distance)[:count])
+    near = (NearShot(other, distance) for other, distance in pairs if math.isfinite(distance))
+    return tuple(sorted(near, key=lambda other: other.distance)[:count])
 
 
 def distances(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
     """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
-    return [_distance(_place(shot), _place(each.as_shot())) for each in shots]
+    return [_distance(_place(shot), _place(other.as_shot())) for other in shots]
+
+
+def like_shields(shot: ShotAtShield) -> list[ShieldShot]:
+    """The published shots on shields like that of a shot, at any speed and of any diameter; all have one bumper."""
+    if shot.shield.further_bumpers:
+        return []
+    shots = published().shots
+    return [like for like, apart in zip(shots, distances_of_shields(shot, shots), strict=True) if apart <= LIKE]
 
 
 def distances_of_shields(shot: ShotAtShield, shots: Sequence[ShieldShot]) -> list[float]:
-    """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
-    mine = replace(_place(shot), impact=())
-    return [_distance(mine, replace(_place(each.as_shot()), impact=())) for each in shots]
+    """The distances without the ratios of diameter and speed: how far the shields and the metals are apart."""
+    return [_distance(_place(shot)[2:], _place(other.as_shot())[2:]) for other in shots]
 
 
-@dataclass(frozen=True)
-class _Place:
-    """What the distance of two shots is of: natural logarithms, and the angle in rad."""
-
-    impact: tuple[float, ...]  # diameter and speed
-    shield: tuple[float, ...]
-    densities: tuple[float, ...]
-    obliquity: float
-
-
-def _place(shot: ShotAtShield) -> _Place:
-    shield, metals = shot.shield, (shot.projectile.density, shot.target.density)
+def _place(shot: ShotAtShield) -> tuple[float, ...]:
+    """What the distance of two shots is of: ln of diameter, speed, four numbers of the shield, densities; the angle."""
+    shield = shot.shield
     sizes = (shield.bumper_thickness, shield.wall_thickness, shield.stand_off, shield.wall_yield_stress)
-    return _Place(
-        _logarithms(shot.projectile_diameter, shot.speed),
-        _logarithms(*sizes),
-        _logarithms(*metals, shield.wall_density or shot.target.density),
-        shot.obliquity,
-    )
+    densities = (shot.projectile.density, shot.target.density, shield.wall_density or shot.target.density)
+    return *map(math.log, (shot.projectile_diameter, shot.speed, *sizes, *densities)), shot.obliquity
 
 
-def _logarithms(*numbers: float) -> tuple[float, ...]:
-    return tuple(map(math.log, numbers))
-
-
-def _distance(one: _Place, other: _Place) -> float:
-    apart = max(abs(a - b) for a, b in zip(one.densities, other.densities, strict=True))
-    if apart > math.log(OTHER_METAL):
-        return math.inf
-    mine, its = ((*each.impact, *each.shield, *each.densities, each.obliquity) for each in (one, other))
-    distance = math.dist(mine, its)
-    return math.inf if math.isnan(distance) else distance
+def _distance(one: Sequence[float], other: Sequence[float]) -> float:
+    densities = [abs(a - b) for a, b in zip(one[-4:-1], other[-4:-1], strict=True)]
+    distance = math.dist(one, other)
+    return math.inf if max(densities) > math.log(OTHER_METAL) or math.isnan(distance) else distance

@@ -35,7 +35,7 @@ class Predicted:
         """P of each shot by an equation, or by the mean of those that cover it."""
         if name != MEAN:
             return expit(self.logits[name])
-        return np.nanmean([expit(each) for each in self.logits.values()], axis=0)
+        return np.nanmean([expit(logit) for logit in self.logits.values()], axis=0)
 
 
 def predict(
@@ -95,8 +95,8 @@ def coverage(predicted: Predicted, name: str = MEAN) -> tuple[int, int]:
     """How many groups of shots have a number of failures inside their interval, and how many there are."""
     chance, labs = predicted.chance(name), np.array(predicted.groups)
     inside = []
-    for each in np.unique(labs):
-        members = np.flatnonzero((labs == each) & ~np.isnan(chance))
+    for lab in np.unique(labs):
+        members = np.flatnonzero((labs == lab) & ~np.isnan(chance))
         order = members[np.argsort(chance[members], kind="stable")]
         parts = np.array_split(order, max(1, len(order) // FEWEST))
         inside += [_is_inside(predicted, name, part) for part in parts if len(part)]
@@ -108,10 +108,10 @@ def _is_inside(predicted: Predicted, name: str, group: NDArray) -> bool:
     from scipy.stats import binom  # 0.8 s, which every process that publishes would wait for
 
     nodes, weights = NODES
-    names = [name] if name != MEAN else list(predicted.logits)
+    laws = [name] if name != MEAN else list(predicted.logits)
     shifted = [
-        expit(predicted.logits[each][group, np.newaxis] + nodes * predicted.deviations[each][group, np.newaxis])
-        for each in names
+        expit(predicted.logits[law][group, np.newaxis] + nodes * predicted.deviations[law][group, np.newaxis])
+        for law in laws
     ]
     chance = np.nanmean(shifted, axis=0).mean(axis=0)  # of a shot of the group, by node
     failures = int(predicted.failed[group].sum())

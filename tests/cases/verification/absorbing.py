@@ -19,7 +19,7 @@ from solver.simulation import Outcome, simulate
 from studies.quantities.numerical_defaults import Recipe
 from studies.runs.results import RunResult
 from tests.cases.verification import case
-from tests.cases.verification.setups.column import Stretch, column, solver_numerics
+from tests.cases.verification.setups.column import Stretch, column, with_numerics
 from tests.cases.verification.setups.lattices import FREE, MIRROR, lattice, lattice_body, middles
 from tests.cases.verification.setups.matter import elastic
 from tests.cases.verification.setups.runs import executed
@@ -133,9 +133,8 @@ def _block(recipe: Recipe) -> Open:
         bodies=(body,),
         faces=(MIRROR, FREE, FREE),
         end_time=CROSSED * LENGTH / (RAYLEIGH * shear_speed),
-        **solver_numerics(recipe),
     )
-    return Open(problem, [(0, 1, LENGTH), (1, 1, LENGTH)])
+    return Open(with_numerics(problem, recipe), [(0, 1, LENGTH), (1, 1, LENGTH)])
 
 
 # ---- crater --------------------------------------------------------------------------------------

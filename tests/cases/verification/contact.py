@@ -17,7 +17,7 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.quantities.numerical_defaults import Recipe
 from tests.cases.verification import case
-from tests.cases.verification.setups.column import Stretch, column, solver_numerics
+from tests.cases.verification.setups.column import Stretch, column, with_numerics
 from tests.cases.verification.setups.impacts import impact_setting
 from tests.cases.verification.setups.lattices import FREE, MIRRORS, lattice, lattice_body, middles
 from tests.cases.verification.setups.matter import elastic
@@ -348,13 +348,13 @@ def _blocks(recipe: Recipe) -> Problem:
     above = (room + (LOWER[0] - UPPER[0]) // 2, room + LOWER[1])
     upper = block("upper", above, UPPER, (SLIDE_SPEED, 0.0, -PRESS_SPEED))
     lower = block("lower", (room, room), LOWER, (0.0, 0.0, 0.0))
-    return Problem(
+    problem = Problem(
         geometry=geometry,
         bodies=(upper, lower),
         faces=(FREE, MIRRORS, FREE),
         end_time=4.0 * 2.0 * UPPER[1] * SPACING / BAR.bar_speed,
-        **solver_numerics(recipe),
     )
+    return with_numerics(problem, recipe)
 
 
 # ---- where the distance is known -----------------------------------------------------------------

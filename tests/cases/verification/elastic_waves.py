@@ -16,7 +16,7 @@ from solver.state import Particles
 from studies.quantities.numerical_defaults import Recipe
 from tests.cases.verification import case
 from tests.cases.verification.setups.collision import FLYER_CELLS, Collision, Piece, collide, collision_problem, waves
-from tests.cases.verification.setups.column import Stretch, column, solver_numerics
+from tests.cases.verification.setups.column import Stretch, column, with_numerics
 from tests.cases.verification.setups.lattices import FREE, MIRROR, lattice, lattice_body, middles
 from tests.cases.verification.setups.matter import elastic
 from tests.cases.verification.setups.methods import LINE, SMOOTHINGS, SPH, kept, meshed, smoothed
@@ -124,7 +124,8 @@ def _rod_problem(end_time: float, recipe: Recipe) -> Problem:
     position, steps = lattice(radius, length), (step, step, 0.0)
     rod = lattice_body(elastic(ROD), geometry, position, steps, density=ROD.density, velocity=velocity, name="rod")
     faces = (MIRROR, MIRROR, FREE)
-    return Problem(geometry=geometry, bodies=(rod,), faces=faces, end_time=end_time, **solver_numerics(recipe))
+    problem = Problem(geometry=geometry, bodies=(rod,), faces=faces, end_time=end_time)
+    return with_numerics(problem, recipe)
 
 
 # ---- by smoothed particles and finite elements ---------------------------------------------------

@@ -22,7 +22,7 @@ from tests.cases.verification.setups.column import (
     plateau,
     profile,
     radial_profile,
-    solver_numerics,
+    with_numerics,
 )
 from tests.cases.verification.setups.lattices import FREE, MIRROR, MIRRORS, lattice, lattice_body, middles
 from tests.cases.verification.setups.matter import gas
@@ -191,7 +191,8 @@ def _revolved(dimensions: int, cells: int, recipe: Recipe) -> Problem:
         name="gas",
     )
     faces = (MIRROR, MIRROR if is_sphere else MIRRORS, FREE)
-    return Problem(geometry=geometry, bodies=(body,), faces=faces, end_time=END_TIME, **solver_numerics(recipe))
+    problem = Problem(geometry=geometry, bodies=(body,), faces=faces, end_time=END_TIME)
+    return with_numerics(problem, recipe)
 
 
 CASE = (_plane_and_axis, _point, _smoothed)

@@ -22,7 +22,7 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.quantities.numerical_defaults import Recipe
 from tests.cases.verification import case
-from tests.cases.verification.setups.column import solver_numerics
+from tests.cases.verification.setups.column import with_numerics
 from tests.cases.verification.setups.lattices import FREE, MIRROR, lattice, lattice_body, middles
 from tests.cases.verification.setups.matter import elastic
 from tests.cases.verification.setups.methods import COURANT, COURANT_OF_ELEMENTS, EIGHT_POINTS, ONE_POINT, SMOOTHINGS
@@ -198,13 +198,8 @@ def _grid_block(geometry: str, recipe: Recipe, velocity: Callable[[np.ndarray], 
         density=COPPER.density,
         velocity=velocity(position) if velocity else 0.0,
     )
-    return Problem(
-        geometry=record,
-        bodies=(body,),
-        faces=(MIRROR if flat else FREE, FREE, FREE),
-        end_time=STEP,
-        **{**solver_numerics(replace(recipe, damping_rate=0.0)), "fixed_dt": STEP},
-    )
+    problem = Problem(geometry=record, bodies=(body,), faces=(MIRROR if flat else FREE, FREE, FREE), end_time=STEP)
+    return replace(with_numerics(problem, replace(recipe, damping_rate=0.0)), fixed_dt=STEP)
 
 
 @case(

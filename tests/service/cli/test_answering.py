@@ -1,36 +1,30 @@
-"""``whipple laws --at`` and ``whipple shots``: what cannot be read or written is refused in words."""
+"""``whipple laws``: what cannot be written is refused in words."""
 
 from pathlib import Path
 
 import pytest
 
-from studies.answers import examples
 from tests.service.support.command import run
+
+SHOT = ("--speed", "6 km/s", "--diameter", "5 mm", "--projectile", "al-2017-t4", "--target", "al-6061-t6")
 
 
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [
-        (("shots", "--own", "none.csv"), "--own"),
-        (("shots", "--where", "obliquty=3"), "obliquity"),
-        (("laws", "--at", examples()[0], "--out", "nowhere/shield.html"), "--out"),
-        (("laws", "--at", examples()[0], "--out", "shield.txt"), "--out"),
+        (("--out", "nowhere/laws.html"), "--out"),
+        (("--out", "laws.txt"), "--out"),
+        (("--speed", "60 km/s"), "speed"),
+        (("--target", "cheese"), "target"),
     ],
 )
 def test_arguments__that_name_nothing_are_refused(
-    arguments: tuple[str | Path, ...],
+    arguments: tuple[str, ...],
     field: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(*arguments) == 2
+    assert run("laws", *SHOT, *arguments) == 2
     assert field in capsys.readouterr().err
-
-
-def test_shots__nearest_to_a_shield_are_counted_with_their_outcome(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("shots", "--at", examples()[0], "--count", 3) == 0
-    said, _, *rows = capsys.readouterr().out.splitlines()
-    failed = sum("perforated" in row for row in rows)
-    assert (said, len(rows)) == (f"3 of 804 shots; the wall failed in {failed}", 3)

@@ -1,4 +1,4 @@
-"""The form of a new sweep, the page of a shield and the catalogue, by requests; tests/crash has a browser."""
+"""The form of a new sweep, and the catalogue, by requests; tests/crash has a browser."""
 
 import re
 from collections import Counter
@@ -105,19 +105,23 @@ def test_form__begins_with_a_preset_a_sweep_or_the_address(api: Api) -> None:
         assert f'id="speed" name="speed" value="{value}"' in api.http.get(f"{FORM}?{query}").text
 
 
+def check_fields(api: Api, path: str, *of_materials: str) -> None:
+    """A page has each id once, and suggests materials where a field takes one."""
+    text = api.http.get(path).text
+    ids = Counter(re.findall(r'\sid="([^"]*)"', text))
+    assert {id for id, count in ids.items() if count > 1} == set(), path
+    lists = dict(re.findall(r'<datalist id="([^"]*)">(.*?)</datalist>', text, re.DOTALL))
+    asked = dict(re.findall(r'<input [^>]*\bid="([^"]*)"[^>]*\blist="([^"]*)"', text))
+    assert {*asked.values()} <= lists.keys(), path
+    for field in of_materials:
+        assert lists[asked[field]].count("<option") == len(materials.names()), (path, field)
+
+
 def test_pages__have_each_id_once_and_suggest_materials_where_a_field_takes_one(api: Api) -> None:
-    fields: dict[str, set[str]] = {"/": set(), "/new": set(), "/shields?speed=6": {"projectile", "wall"}}
-    fields |= {f"/new/{name}": {*scenarios.load(name).materials} for name in scenarios.names()}
-    for path, of_materials in fields.items():
-        text = api.http.get(path).text
-        ids = Counter(re.findall(r'\sid="([^"]*)"', text))
-        assert {id for id, count in ids.items() if count > 1} == set(), path
-        lists = dict(re.findall(r'<datalist id="([^"]*)">(.*?)</datalist>', text, re.DOTALL))
-        asked = dict(re.findall(r'<input [^>]*\bid="([^"]*)"[^>]*\blist="([^"]*)"', text))
-        assert {*asked.values()} <= lists.keys(), path
-        assert of_materials <= asked.keys(), path
-        for field in of_materials:
-            assert lists[asked[field]].count("<option") == len(materials.names()), (path, field)
+    for path in ("/", "/new"):
+        check_fields(api, path)
+    for name in scenarios.names():
+        check_fields(api, f"/new/{name}", *scenarios.load(name).materials)
 
 
 def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
@@ -192,19 +196,6 @@ def test_fields__of_a_form_are_no_parameters() -> None:
         assert not taken & declared(scenarios.load(name).parameters).keys()
 
 
-@pytest.mark.claim("pages", "shield-page", minutes=0.1)
-def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(api: Api) -> None:
-    page = api.http.get("/shields")
-    assert "to fail" in page.text
-    assert page.text.count('src="data:image/svg+xml') == 2
-    assert "/new/whipple_shield?" in page.text
-    asked = "speed=6&projectile=al-2017-t4&projectile_diameter=5+mm&bumper=al-6061-t6&wall_thickness=3+mm"
-    refused = api.http.get(f"/shields?{asked}")
-    assert findings(refused).keys() == {"speed", "bumper_thickness", "stand_off"}
-    assert api.http.get(f"/shields/sheet?{asked}").status_code == 422
-    assert "unsafe-inline" in api.http.get("/shields/sheet").headers["Content-Security-Policy"]
-
-
 def test_law__is_typeset_with_every_number_and_quantity_of_its_equation() -> None:
     for name in laws.names():
         law = laws.load(name)
@@ -222,14 +213,6 @@ def test_material__is_drawn_and_every_constant_has_its_source(api: Api) -> None:
     assert page.text.count('src="data:image/svg+xml') == 4
     assert "Johnson" in page.text
     assert api.http.get("/materials/coper").status_code == 422
-
-
-def test_shots__on_shields_are_chosen_by_the_address(api: Api) -> None:
-    page = api.http.get("/shots/shields?speed=6+km/s+to+7+km/s&outcome=held")
-    held = int(re.search(r"(\d+) shots; the wall failed in 0", page.text)[1])  # type: ignore[index]
-    assert 0 < held < 804
-    assert api.http.get("/shots/shields?speed=6").status_code == 422
-    assert "27.5 to 34.5" in api.http.get("/shots/holes").text
 
 
 @pytest.mark.parametrize(

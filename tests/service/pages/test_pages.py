@@ -15,14 +15,11 @@ import pytest
 from service.pages.charts import Chart, ChartLine
 from service.pages.grid import SHADES, layout_of, shown_cells
 from service.pages.page_routes import head_links
-from service.pages.pages.runs import _printed
-from service.pages.pages.sweeps import _beside_walls
 from service.records.jobs import GridCell, Keep, State
 from service.store.tables import SWEEPS
 from solver import PHYSICS_VERSION
 from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
-from studies.quantities.parameters import Value
 from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
@@ -321,38 +318,6 @@ def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api
         for name, colour in colours.items():
             low, high = sorted((luminance(colour), luminance(canvas)))
             assert (high + 0.05) / (low + 0.05) >= ENOUGH, (name, colour, canvas)
-
-
-def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
-    parameters: dict[str, Value] = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
-    held, perforated = (_printed("wall_perforated", value, None, (), parameters).text for value in (0.0, 1.0))
-    assert held == "wall holds; such simulations found 8 of 17 walls that were perforated"
-    assert perforated == "wall perforated"
-
-
-@pytest.mark.parametrize(
-    ("document", "said"),
-    [
-        ({"fixed": {}}, "with failure none, such simulations found 7 of 17 walls that were perforated"),
-        ({"axes": {"failure": ["void-growth"]}}, "with failure void-growth, such simulations found 8 of 17"),
-        ({"fixed": {"failure": "spall-rate"}}, "with failure spall-rate, no published shots were simulated like this"),
-    ],
-)
-def test_walls_of_a_sweep__stand_above_how_many_failures_such_simulations_find(
-    document: dict[str, Any], said: str
-) -> None:
-    assert _beside_walls(document).startswith(f"Where a wall holds at 3 km/s or faster: {said}")
-
-
-def test_page_of_a_shield__says_what_its_walls_that_hold_are_worth(api: Api) -> None:
-    fixed = {
-        **{"projectile": "al-2017-t4", "projectile_diameter": "5 mm", "bumper": "al-6061-t6"},
-        **{"bumper_thickness": "1.2 mm", "stand_off": "100 mm", "wall": "al-6061-t6", "wall_thickness": "3.2 mm"},
-    }
-    sweep = api.submit(scenario="whipple_shield", fixed=fixed, axes={"speed": ["6 km/s"]}, resolution=16)
-    note = "Where a wall holds at 3 km/s or faster:"
-    assert note in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_perforated"}).text
-    assert note not in api.http.get(f"/sweeps/{sweep}", params={"quantity": "wall_bulge"}).text
 
 
 def test_address_of_a_page__that_is_wrong_is_a_problem(shared_api: Api) -> None:

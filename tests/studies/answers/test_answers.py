@@ -12,8 +12,8 @@ from studies.answers.cube import cube_of
 from studies.answers.question import read_question
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
+from tests import samples
 from tests.claims.rows import equal
-from tests.studies import samples
 
 PLATE = {
     "speed": "5.75 km/s",

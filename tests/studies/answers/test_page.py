@@ -7,7 +7,7 @@ import pytest
 from studies.answers.answer import answers
 from studies.answers.page import page
 from studies.answers.question import read_question
-from tests.studies import samples
+from tests import samples
 from tests.studies.answers.test_answers import BLOCK, PLATE
 
 

@@ -121,7 +121,7 @@ def test_vtk__of_a_run_without_film_and_state_is_refused(tmp_path: Path, capsys:
     assert run("export", tmp_path, "--vtk", tmp_path / "out") == 2
     assert "submit with keep" in capsys.readouterr().err
     assert run("export", tmp_path) == 2
-    assert "--vtk, --zarr or --csv" in capsys.readouterr().err
+    assert "--vtk, --movie, --zarr or --csv" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["cube.zarr", "cube.zarr.zip"])

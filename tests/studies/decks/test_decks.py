@@ -15,8 +15,7 @@ from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import simulate, start
 from studies.decks import reader
-from studies.decks.programs import check_program
-from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
+from studies.decks.reader import MOST_BYTES, check_program, read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of

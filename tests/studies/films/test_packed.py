@@ -48,7 +48,7 @@ def test_packed__is_what_went_in(tmp_path: Path) -> None:
     assert position == pytest.approx(np.concatenate([frame.position for frame in view.frames]).T, abs=1.0 / STEPS)
     assert body.tolist() == [0, 1] * 750
     speed, pressure = text["fields"]
-    assert (speed["unit"], pressure["unit"]) == ("km/s", "MPa")
+    assert (speed["unit"], pressure["unit"]) == ("km/s", "GPa")
     shown = (speed["low"] + levels[0] / LEVELS * (speed["high"] - speed["low"])) * 1e3
     asked_for = np.concatenate([frame.fields["speed"] for frame in view.frames])
     inside = (asked_for > speed["low"] * 1e3) & (asked_for < speed["high"] * 1e3)

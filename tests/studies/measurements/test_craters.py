@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.impact.view import ImpactView, view
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
@@ -51,7 +52,9 @@ def test_demo_craters__have_settled_and_have_the_diameter_of_their_wall(
         depth, diameter = (measurements[name].value for name in ("crater_depth", "crater_diameter"))
         assert depth is not None
         assert diameter is not None
-        fitted = fitted_diameter(view(setting_of(run), load_state(folder / "state.npz")), depth)
+        setting = setting_of(run)
+        assert isinstance(setting, ImpactSetting)
+        fitted = fitted_diameter(view(setting, load_state(folder / "state.npz")), depth)
         text = f"diameter and fit of the wall, {where}"
         compared(absolute(text, expected=1e3 * fitted, got=1e3 * diameter, within=APART))
 

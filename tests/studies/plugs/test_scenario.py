@@ -7,13 +7,13 @@ from solver.simulation import start
 from solver.state import Snapshot
 from solver.steppers import methods
 from studies.plugs.plug import PlugView, view
-from studies.plugs.scenario import PluggingSetting
+from studies.scenarios.parts.impact import ImpactSetting
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.plugs.samples import COUPLED
 
 STEEL, WIDTH, THICKNESS, SPACING = 7850.0, 40e-3, 12e-3, 2e-3  # of the plate and its particles
 ROUND_OFF = 1e-12
-Coupled = tuple[PluggingSetting, Snapshot]
+Coupled = tuple[ImpactSetting, Snapshot]
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def coupled() -> Coupled:
     return setting, start(setting.problem, threads=1).snapshot()
 
 
-def seen(setting: PluggingSetting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
+def seen(setting: ImpactSetting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
     particles = snapshot.particles._replace(**changes)
     return view(setting, snapshot._replace(particles=particles))
 

@@ -38,7 +38,6 @@ QUARTER = {
     "plate_radius": 16e-3,
     "end_time": 5e-6,
 }
-SHIELD = {"speed": 6000.0, "uprange": 1.0, "end_time": 8e-6, "wall_time": 8e-6}
 # Each names what it adds; beside it, all is as by default and as small as the contract of scenarios has it.
 OWN: dict[str, tuple[str, dict[str, Any]]] = {
     "thin plate": ("thin_plate", {**LARGE, "plate_radius": 24e-3}),
@@ -70,7 +69,6 @@ OWN: dict[str, tuple[str, dict[str, Any]]] = {
     "plate impact": ("plate_impact", {}),
     # Until the tensile floor has pulled back the free surface.
     "plate impact, released": ("plate_impact", {"strength": "material", "target_thickness": 8e-3, "end_time": 5.2e-6}),
-    "Whipple shield": ("whipple_shield", SHIELD),
 }
 # By the file that has their numbers: a feature's is beside its samples.
 FILES = {

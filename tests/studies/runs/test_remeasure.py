@@ -13,8 +13,6 @@ from studies.measurements import Measurement, Reading
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.runs.results import RunResult
-from studies.sweeps.search import outcome_in
-from tests.contracts import test_scenarios as contract
 from tests.studies.runs.solved import RUNS, asked, solved
 
 Patch = Callable[..., None]
@@ -74,19 +72,6 @@ def test_bar__without_reference_sizes_has_no_error_and_nothing_to_read_again() -
     assert "taylor_error" not in outdated("taylor_bar", bar.as_json()["measurements"])
     references = {"reference_length": 16e-3, "reference_diameter": 13e-3, "reference_width": 10e-3}
     assert "taylor_error" in scenarios.load("taylor_bar").measured_in(asked("taylor_bar", **references).parameters)
-
-
-def test_wall__that_debris_has_still_to_reach_stays_undecided(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    run = contract.asked("whipple_shield", wall_thickness=16e-3, cells_per_diameter=6.0, end_time=40e-6)
-    before = execution.execute(run, tmp_path, threads=1)
-    assert outcome_in(before.as_json(), "wall_perforated") is None
-    older = {name: replace(each, version=0) for name, each in before.measurements.items()}
-    monkeypatch.setattr(execution, "simulate", _never)
-    after = remeasure(run, replace(before, measurements=older), tmp_path / "state.npz", by=WHO)
-    assert outcome_in(after.as_json(), "wall_perforated") is None
-    for name in ("wall_perforated", "wall_bulge"):
-        assert "still_coming" in after.measurements[name].flags
-    assert "still_growing" in after.measurements["wall_perforated"].flags
 
 
 def test_nothing__changed_leaves_the_result_as_it_is() -> None:

@@ -161,8 +161,8 @@ def test_grid__of_a_bar_grows_with_its_spread_and_an_empty_node_changes_no_numbe
     bar = taylor.at_wall(materials_of(run)["bar"])
     lengths = []
     for wider in (1.0, 2.0):
-        roomy = replace(bar, extent=replace(bar.extent, radius=wider * bar.extent.radius))
-        setting = roomy.build(built(run).problem.bodies[0].matter, materials_of(run)["bar"].density)
+        roomy = replace(bar, radius=wider * bar.radius)
+        setting = roomy.build(built(run).problem.bodies[0].matter)
         outcome = simulate(setting.problem, lambda snapshot: None, interval=setting.problem.end_time, threads=1)
         seen = scenarios.load("taylor_bar").parameters.view(setting, outcome.snapshot)
         lengths.append(measurements.load("final_length").read(seen).value)

@@ -13,11 +13,10 @@ from docs.pages import read_json
 from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
 from studies.outcomes.found import Share
 from studies.shields.shots import drawn as of_drawn
-from studies.shields.shots import joined
-from studies.shields.shots.chance import Probability
-from studies.shields.shots.drawn import DrawnShots, SimulationKind, beside_held, failures_found
-from studies.shields.shots.joined import PRIOR, Joint, SimulatedShot, drawn_shots, joint_of, unseen, validated
+from studies.shields.shots.drawn import DrawnShots, Joint, SimulationKind, failures_found
+from studies.shields.shots.joined import PRIOR, SimulatedShot, drawn_shots, joint_of, unseen, validated
 from studies.shields.shots.judged import RANGES
+from studies.shields.shots.records import Probability
 from studies.shields.shots.table import laboratory
 from tests.claims.rows import at_most, equal
 from tests.studies.outcomes.test_outcomes import GRIDS as REFINED
@@ -84,7 +83,7 @@ def test_simulations__are_joined_where_the_lower_bound_of_their_gain_is_above_ze
     kinds = simulations(read_json(STORED)["runs"])
     compared(equal("kinds that are stored", expected={kind.name for kind in kinds}, got=set(of_drawn.stored())))
     for kind, shots in kinds.items():
-        stored, scores = joined.joint(kind), validated(shots)
+        stored, scores = of_drawn.stored().get(kind.name), validated(shots)
         assert stored is not None
         for (where, low, high), mine in zip(RANGES, stored.ranges, strict=True):
             inside = [low <= each.shot.normal_speed < high for each in shots]
@@ -118,7 +117,7 @@ def test_failures_found__are_those_of_the_stored_results() -> None:
         assert failures_found(failure, 3e3) == failures_found(failure, 9e3) == expected
     assert failures_found("none", 7e3) == Share(7, 17)
     assert failures_found("spall-rate", 7e3) is None
-    assert beside_held(failures_found("void-growth", 2e3)).startswith("such simulations found 2 of 2 walls")
+    assert failures_found("void-growth", 2e3) == Share(2, 2)
 
 
 def test_gain__is_seen_at_its_lower_bound_alone() -> None:
@@ -172,7 +171,7 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
 
 
 def test_joint__is_none_of_a_kind_that_no_shot_was_simulated_by() -> None:
-    assert joined.joint(SimulationKind(("spall-rate",), "several")) is None
+    assert of_drawn.stored().get(SimulationKind(("spall-rate",), "several").name) is None
 
 
 def test_report__says_beside_a_wall_that_holds_how_many_failures_such_simulations_find() -> None:

@@ -13,9 +13,9 @@ from studies.shields.section import Apart, NotJoined, WallRun
 from studies.shields.shots import drawn
 from studies.shields.shots.answers import answer
 from studies.shields.shots.chance import probability
-from studies.shields.shots.drawn import DrawnShots
-from studies.shields.shots.inverse import Size, resized
-from studies.shields.shots.joined import Joint
+from studies.shields.shots.drawn import DrawnShots, Joint
+from studies.shields.shots.inverse import resized
+from studies.shields.shots.records import Size
 from studies.sweeps.sweep import Sweep
 from tests.studies.shields.made import (
     PLAIN,

@@ -26,9 +26,10 @@ from studies.shields.shots.chance import (
     probability,
     terms,
 )
-from studies.shields.shots.inverse import NoSize, Size, resized, safe_sizes
+from studies.shields.shots.inverse import resized, safe_sizes
 from studies.shields.shots.judged import equations, margin, margins
 from studies.shields.shots.outside import bounds_of_shots
+from studies.shields.shots.records import NoSize, Size
 from studies.shields.shots.table import NEAR, ShieldShot, distances, laboratory, published
 from studies.shields.shots.validation import (
     MEAN,
@@ -399,13 +400,6 @@ def test_answer__of_another_metal_leaves_its_equations_out(part: str, change: di
     assert {word.says for word in got.words} == {"outside"}
     assert got.probability is None
     assert got.sentence == f"no probability: the {part} is copper, all shots are of aluminium; no equation covers it."
-
-
-def test_answer__has_the_users_own_shots_among_those_near() -> None:
-    own = replace(next(shot for shot in SHOTS if shot.obliquity == 0.0), source="own", shot="1")
-    alone, together = answer(own.as_shot()), answer(own.as_shot(), [own])
-    assert together.near == alone.near + 1
-    assert own in [each.shot for each in together.nearest]
 
 
 @pytest.mark.claim("door", "shield-answer")

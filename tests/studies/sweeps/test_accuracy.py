@@ -16,6 +16,7 @@ from studies.sweeps.cost import presets_of
 from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 from tests.studies.convergence.test_experience import KNOWN
 
 COPPER = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"}
@@ -200,7 +201,7 @@ def accepted(document: Mapping[str, Any]) -> ExpandedSweep:
         {**HOLES, "combine": "sobol", "points": 4, "seed": 1, "axes": {
             "speed": {"low": "3 km/s", "high": "6 km/s"}, "plate_thickness": {"low": "0.8 mm", "high": "4 mm"}}},
         {**HOLES, "model_part": "screen"},
-        SEARCH,
+        pytest.param(SEARCH, marks=needs("whipple_shield")),
     ],
 )  # fmt: skip
 def test_accepted_sweep__keeps_its_runs_whatever_experience_tells_later(
@@ -232,6 +233,7 @@ def test_accepted_sweep__of_an_older_version_keeps_the_cells_of_its_scenario() -
     assert Sweep.parse(older, ACCEPTED).size == 36
 
 
+@needs("whipple_shield")
 def test_search__has_one_grid_for_all_values_of_a_point() -> None:
     sweep = Sweep.parse(SEARCH)
     axis = sweep.searched

@@ -6,7 +6,7 @@ read off as a ``ColumnProfile``, and a front and the plateau behind it off that.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,9 +39,9 @@ class Stretch:
     lighting: Callable[[np.ndarray], np.ndarray] | None = None  # of an explosive: s, of places (n, 3)
 
 
-def solver_numerics(recipe: Recipe) -> dict[str, Any]:
-    """The fields of ``Problem`` for the numerics of a recipe."""
-    return Numerics(**asdict(recipe)).arguments()
+def with_numerics(problem: Problem, recipe: Recipe) -> Problem:
+    """The problem with the numerics of a recipe."""
+    return Numerics(**asdict(recipe)).applied_to(problem)
 
 
 def column(
@@ -59,13 +59,9 @@ def column(
     """The problem of a column from ``lower`` on, ``ends`` by the names of faces; ``boost`` (m/s) moves all of it."""
     geometry = grid(Cartesian3D, lower=(lower, 0.0, 0.0), cells=(cells, 1, 1), spacing=spacing)
     bodies = tuple(_body(stretch, spacing, recipe.particles_per_cell, boost) for stretch in stretches)
-    return Problem(
-        geometry=geometry,
-        bodies=bodies,
-        faces=((Face[ends[0]], Face[ends[1]]), MIRRORS, MIRRORS),
-        end_time=end_time,
-        **{**solver_numerics(recipe), **changes},
-    )
+    faces = ((Face[ends[0]], Face[ends[1]]), MIRRORS, MIRRORS)
+    problem = Problem(geometry=geometry, bodies=bodies, faces=faces, end_time=end_time)
+    return replace(with_numerics(problem, recipe), **changes)
 
 
 def _body(stretch: Stretch, spacing: float, along: int, boost: float) -> Body:

@@ -11,11 +11,12 @@ from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
-from service.pages.answered import AnsweredForm, answered_form
 from service.pages.fields import field_of, placed
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page
 from service.records.jobs import KEY_VARIABLE
+from service.shields.pages.answered import AnsweredForm, answered_form
+from service.shields.pages.notes import beside_held
 from studies import materials
 from studies.answers.question import shot_parameters
 from studies.quantities.display import printed_in, with_unit
@@ -24,7 +25,7 @@ from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Value, declared
 from studies.shields.answered import PLATE
 from studies.shields.answered import TARGET as SHIELD
-from studies.shields.shots.drawn import FAST, beside_held, failures_found
+from studies.shields.shots.drawn import FAST
 from studies.shields.shots.table import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
 from studies.sweeps.document import read_yaml
 
@@ -75,13 +76,13 @@ AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 @router.get("/shields")
 def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(each) for name, each in shot_parameters().items() if name not in PLATE}
+    every = {name: field_of(parameter) for name, parameter in shot_parameters().items() if name not in PLATE}
     return page(
         request,
-        "shields.html",
+        "service.shields.pages:shields.html",
         caller,
         first=[every[name] for name in ALWAYS],
-        others=[each for name, each in every.items() if name not in ALWAYS],
+        others=[field for name, field in every.items() if name not in ALWAYS],
         values=fields,
         findings=placed(answer.findings, every),
         answer=answer,
@@ -90,7 +91,7 @@ def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: 
         shots=len(published().shots),
         query=urlencode(fields),
         simulation=_simulation(fields),
-        beside_held=beside_held(failures_found(NO_FAILURE, FAST)),
+        beside_held=beside_held(NO_FAILURE, FAST),
         address=str(request.base_url).rstrip("/"),
         key_variable=KEY_VARIABLE if caller.name else "",
     )
@@ -124,12 +125,12 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     fields = declared(ShieldShot)
     units = {name: fields[name].unit for name in COLUMNS}
     rows = [
-        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
-        for each in islice(found, begin, begin + SHOWN)
+        [(name, _cell(getattr(shot, name), unit)) for name, unit in units.items()]
+        for shot in islice(found, begin, begin + SHOWN)
     ]
     return page(
         request,
-        "shield_shots.html",
+        "service.shields.pages:shots.html",
         caller,
         columns=[with_unit(name.replace("_", " "), unit) for name, unit in units.items()],
         rows=rows,

@@ -17,22 +17,23 @@ is later, for the wall, than the moment, after the first touch, at which debris 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, takewhile
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
-from studies.quantities.parameters import MaterialName, flat
+from studies.quantities.parameters import MaterialName, Plain, Value, declared, flat
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
-from studies.scenarios.parts.impact import Impact, ImpactSetting, ImpactSetUp, outline
+from studies.scenarios.parts.impact import Impact, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
-from studies.scenarios.parts.outline import Dimension, Outline, Shape
+from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
+from studies.shields.bumpers import BUMPERS, FurtherBumpers
+from studies.shields.stages import BumperStage, ShieldSetting
 
 if TYPE_CHECKING:
     from solver.grid.flight import Flight
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from solver.state import Snapshot
     from studies.films.section import SectionOptions
     from studies.materials import Material
-    from studies.measurements.shield import ShieldView
+    from studies.shields.measurements.shield import ShieldView
 
 # Of the impact speed: what its own pressure may still add to the speed of a piece that leaves the bumper's grid. It
 # turns a path by 0.02 rad, which is 2 mm in a flight of 100 mm: the thickness of a wall.
@@ -67,32 +68,6 @@ FEWEST_CELLS: Mapping[str, float] = {"cells_per_thickness": 2.0, "cells_per_wall
 
 
 @dataclass(frozen=True)
-class ShieldSetting(ImpactSetting):
-    """A stage of a shield: the impact on the first bumper, or that of debris on the next sheet."""
-
-    slowest: float  # speed below which matter does not come to the next sheet before its stage ends, m/s
-    momentum: float  # momentum of the projectile along the normal of the sheets, N s (per radian in axisymmetry)
-    melting: tuple[Any, ...] = ()  # no melted share is measured
-    breakup: tuple[Any, ...] = ()  # and no size of fragments
-    bumpers: int = 1  # of the shield
-    before: "tuple[BumperStage, ...]" = ()  # the stages of the bumpers in front
-
-
-@dataclass(frozen=True)
-class BumperStage:
-    """The end of a bumper's stage, and the flight from there; masses in kg (per radian in axisymmetry)."""
-
-    bumper: Any  # studies.measurements.impact.view.ImpactView
-    cloud: Any  # studies.measurements.cloud.CloudView
-    mass: float  # of the bodies that were not there before
-    coming: float  # mass that flies to the next grid
-    missed: float  # mass that flies past it
-    attached: float  # part of what would fly to it that has not come off this bumper, or not come to it
-    clock_ahead: float  # s
-    angular_momentum_error: float  # of the flight, relative
-
-
-@dataclass(frozen=True)
 class Sheet:
     """A bumper or the wall."""
 
@@ -110,7 +85,7 @@ class Sheet:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShotAtShield(Shot):
+class AtShield(Shot):
     """A shot at a shield."""
 
     bumper: Annotated[MaterialName, Described("material of the bumper")]
@@ -193,7 +168,7 @@ class Walls:
         ),
     ] = None
 
-    def filled(self, shot: ShotAtShield, obliquity: float, way: float) -> Self:
+    def filled(self, shot: AtShield, obliquity: float, way: float) -> Self:
         """With all that follows from the shot, its angle, and the way from the first bumper to the wall, m."""
         diameter = shot.projectile_diameter
         cells = cells_through(self.wall_thickness, shot)
@@ -207,7 +182,7 @@ class Walls:
             wall_time=round_quantity(self.wall_time or late),
         )
 
-    def check(self, shot: ShotAtShield) -> list[Finding]:
+    def check(self, shot: AtShield) -> list[Finding]:
         """Sheets are wider than the projectile and no thinner than half a cell."""
         findings, diameter = [], shot.projectile_diameter
         for name, radius in (("bumper_radius", self.bumper_radius), ("wall_radius", self.wall_radius)):
@@ -228,33 +203,44 @@ class Walls:
         return findings
 
 
-def cells_through(thickness: float, shot: ShotAtShield) -> float:
+def cells_through(thickness: float, shot: AtShield) -> float:
     """Cells through a sheet (m) behind the first bumper, by default."""
     return max(WALL_CELLS * shot.cells_per_diameter, thickness / (WIDEST_CELL * shot.cell))
 
 
-def _layers(values: Any) -> list[tuple[str, float, float]]:
-    """Name, thickness and space behind (m) of each bumper of parameters by name, the outermost first."""
-    thicknesses = [values.get(f"{name}_thickness") or 0.0 for name in BUMPERS]
-    count = thicknesses.index(0.0) if 0.0 in thicknesses else len(BUMPERS)
-    spaces = [values["stand_off"], *(values.get(f"{name}_stand_off") or 0.0 for name in BUMPERS[1:])]
-    return list(zip(BUMPERS[:count], thicknesses, spaces, strict=False))
+class Layer(NamedTuple):
+    """A bumper, and the space behind it."""
+
+    name: str
+    thickness: float  # m
+    space: float  # m
 
 
-def _ways(layers: list[tuple[str, float, float]]) -> list[float]:
+def _layers(values: Mapping[str, Plain]) -> list[Layer]:
+    """The bumpers of parameters by name, the outermost first."""
+    spaces = ("stand_off", *(f"{name}_stand_off" for name in BUMPERS[1:]))
+    layers = (
+        Layer(name, number(values, f"{name}_thickness"), number(values, space))
+        for name, space in zip(BUMPERS, spaces, strict=True)
+    )
+    return list(takewhile(lambda layer: layer.thickness, layers))
+
+
+def _ways(layers: list[Layer]) -> list[float]:
     """The way (m) from the back of the first bumper to the front of each sheet behind it, the wall last."""
-    spaces = accumulate(space for _, _, space in layers)
-    thicknesses = accumulate((thickness for _, thickness, _ in layers[1:]), initial=0.0)
+    spaces = accumulate(layer.space for layer in layers)
+    thicknesses = accumulate((layer.thickness for layer in layers[1:]), initial=0.0)
     return [space + thickness for space, thickness in zip(spaces, thicknesses, strict=True)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class WhippleShield(ImpactSetUp):
+class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
     """Parameters of a shield."""
 
     experienced = MappingProxyType({"bumper_hole_diameter": "hole_diameter"})
+    of_shot = frozenset({*ImpactSetUp.of_shot, *declared(Walls), *declared(FurtherBumpers), "bumper", "wall"})
 
-    shot: ShotAtShield
+    shot: AtShield
     settling: Settling
     angles: Angles
     walls: Walls
@@ -320,11 +306,11 @@ class WhippleShield(ImpactSetUp):
         return len(self._layers) + 1
 
     @property
-    def _layers(self) -> list[tuple[str, float, float]]:
+    def _layers(self) -> list[Layer]:
         return _layers({**vars(self.walls), **flat(self.further)})
 
     @staticmethod
-    def lacking(values: Mapping[str, Any]) -> tuple[str, ...]:
+    def lacking(values: Mapping[str, Value]) -> tuple[str, ...]:
         """The bumpers that have no thickness, and those behind them."""
         return BUMPERS[len(_layers(values)) :]
 
@@ -363,22 +349,24 @@ class WhippleShield(ImpactSetUp):
         if self.shot.debris != "retire":
             limit = "retire: followed debris does not come to the wall"
             yield Finding("debris", str(self.shot.debris), limit, "leave debris out")
-        for number, (sheet, behind) in enumerate(pairwise(self.sheets)):
-            if self._room(number) >= LEAST_ROOM - 1e-9:
+        for place, (sheet, behind) in enumerate(pairwise(self.sheets)):
+            if self._room(place) >= LEAST_ROOM - 1e-9:
                 continue
             least = (LEAST_ROOM + self._before(behind)) * self.shot.projectile_diameter
             away = readable(round_quantity(least), "m")
             limit = f"at least the grid in front of {behind.name} and {LEAST_ROOM:g} projectile diameter, {away}"
             cure = "reduce uprange, or compute the sheets on one grid as a deck"
-            name = "stand_off" if number == 0 else f"{sheet.name}_stand_off"
+            name = "stand_off" if place == 0 else f"{sheet.name}_stand_off"
             yield Finding(name, readable(sheet.stand_off, "m"), limit, cure)
 
     def build(self, materials: Materials) -> Setting:
         setting = vars(self.impact.build(materials))
         normal_speed = self.shot.speed * math.cos(self.angles.obliquity)
-        [projectile] = [each for each in setting["problem"].bodies if each.name == "projectile"]
+        [projectile] = [body for body in setting["problem"].bodies if body.name == "projectile"]
         return ShieldSetting(
             **{**setting, "settles": self._settles(0)},
+            breakup=(),  # no size of fragments is measured
+            melting=(),  # and no melted share
             bumpers=self.stages - 1,
             slowest=SLOWEST * normal_speed,
             momentum=float(projectile.mass.sum()) * normal_speed,
@@ -386,7 +374,7 @@ class WhippleShield(ImpactSetUp):
 
     @staticmethod
     def view(setting: ShieldSetting, snapshot: "Snapshot") -> "ShieldView":
-        from studies.measurements.shield import view
+        from studies.shields.measurements.shield import view
 
         return view(setting, snapshot)
 
@@ -395,14 +383,14 @@ class WhippleShield(ImpactSetUp):
         last = number == self.stages - 1
         return ("wall_perforated", "wall_bulge") if last else (f"{BUMPERS[number]}_hole_diameter",)
 
-    def next_stage(self, setting: Any, outcome: "Outcome", materials: Materials) -> Setting | None:
+    def next_stage(self, setting: ShieldSetting, outcome: "Outcome", materials: Materials) -> ShieldSetting | None:
         """The next sheet, to which the debris of a bumper flies."""
         number = len(setting.before)
         if number + 1 == self.stages:
             return None
         from solver.grid.flight import fly
         from solver.state import MASS
-        from studies.measurements.shield import view
+        from studies.shields.measurements.shield import view
 
         (hit, behind), target, snapshot = self.sheets[number : number + 2], self.target(number + 1), outcome.snapshot
         geometry, _ = target.grid()
@@ -413,7 +401,7 @@ class WhippleShield(ImpactSetUp):
         ended = BumperStage(
             bumper=seen.bumpers[-1],
             cloud=seen.cloud,
-            mass=sum(float(each.mass.sum()) for each in before.bodies),
+            mass=sum(float(body.mass.sum()) for body in before.bodies),
             coming=float(flight.arrivals.table[MASS].sum()),
             missed=flight.missed,
             attached=max(seen.attached, seen.coming if setting.before else 0.0),
@@ -440,8 +428,8 @@ class WhippleShield(ImpactSetUp):
 
         geometry, faces = target.grid()
         nothing, still = np.zeros(0), np.zeros(3)
-        gone = [replace(each, position=np.zeros((0, 3)), velocity=still, mass=nothing) for each in before.bodies]
-        return Problem(
+        gone = [replace(body, position=np.zeros((0, 3)), velocity=still, mass=nothing) for body in before.bodies]
+        problem = Problem(
             geometry=geometry,
             bodies=(*gone, target.body(target.target, material, geometry, *target.points(), still)),
             faces=faces,
@@ -451,14 +439,14 @@ class WhippleShield(ImpactSetUp):
             retirement=Retirement(body=len(gone), after=begin + target.clear, expansion=target.expansion),
             arrivals=flight.arrivals,
             books=flight.books,
-            **self.numerics.arguments(),
         )
+        return self.numerics.applied_to(problem)
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""
         first, *later = (self.target(number).size() for number in range(self.stages))
-        most = max(each.particles for each in (first, *later))
-        work = first.particles * first.steps + sum(WALL_STEPS * each.particles * each.steps for each in later)
+        most = max(stage.particles for stage in (first, *later))
+        work = first.particles * first.steps + sum(WALL_STEPS * stage.particles * stage.steps for stage in later)
         return Size(particles=most, steps=round(work / most))
 
     def cells(self) -> dict[str, float]:
@@ -467,32 +455,32 @@ class WhippleShield(ImpactSetUp):
         return {**self.impact.cells(), "cells_per_thickness": min(bumpers), "cells_per_wall": wall}
 
     @staticmethod
-    def numbers(view: Any) -> dict[str, float]:
+    def numbers(view: "ShieldView") -> dict[str, float]:
         """What missed the next grid, by how much the clock is ahead, and whether flights kept angular momentum."""
         numbers = {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
         if view.angular_momentum_error is None:
             return numbers
         return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
-    def sections(self, setting: Any) -> "SectionOptions":
+    def sections(self, setting: ShieldSetting) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
         return SectionOptions() if setting.before else super().sections(setting)
 
     @staticmethod
-    def outline(values: Mapping[str, Any]) -> Outline | None:
+    def outline(values: Mapping[str, Plain]) -> Outline | None:
         before = outline(values, thickness="bumper_thickness", radius="bumper_radius", target="bumper")
-        depth, rim = values.get("wall_thickness"), values.get("wall_radius")
-        if before is None or not values.get("stand_off") or not depth or not rim:
+        depth, rim = number(values, "wall_thickness"), number(values, "wall_radius")
+        if before is None or not number(values, "stand_off") or not depth or not rim:
             return None
-        shapes, dimensions, back = [*before.shapes], [*before.dimensions], values["bumper_thickness"]
-        layers, lean = _layers(values), values.get("obliquity") or 0.0
+        shapes, dimensions, back = [*before.shapes], [*before.dimensions], number(values, "bumper_thickness")
+        layers, lean = _layers(values), number(values, "obliquity")
         ways = _ways(layers)
         front = back + layers[0][2]
         dimensions.append(Dimension("stand_off", (0.0, back), (0.0, front)))
         for (name, thickness, space), way in zip(layers[1:], ways, strict=False):
             aside, back = _aside(lean, way), front + thickness
-            edge = values["bumper_radius"] + WALL_RADIUS * way + aside
+            edge = number(values, "bumper_radius") + WALL_RADIUS * way + aside
             shapes.append(Shape(name, aside - edge, aside + edge, front, back))
             dimensions.append(Dimension(f"{name}_thickness", (aside + edge, front), (aside + edge, back)))
             dimensions.append(Dimension(f"{name}_stand_off", (0.0, back), (0.0, back + space)))

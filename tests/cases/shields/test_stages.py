@@ -21,7 +21,6 @@ from solver.simulation import Outcome, simulate
 from solver.state import MASS
 from studies import materials, measurements
 from studies.cubes import cube
-from studies.measurements.wall import wall_of
 from studies.outcomes.shots import outcomes_of
 from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute
@@ -30,7 +29,8 @@ from studies.runs.results import RunControl, RunResult
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import load
 from studies.scenarios.parts.impact import ImpactSetting
-from studies.scenarios.whipple_shield import WhippleShield
+from studies.shields.measurements.wall import wall_of
+from studies.shields.scenario import WhippleShield
 from studies.sweeps.search import outcome_in
 from studies.sweeps.sweep import Sweep
 from tests.claims.rows import Row, absolute, at_least, at_most, equal, relative, reported
@@ -359,7 +359,7 @@ def whole_of(run: Run) -> ImpactSetting:
     shield, found = cast(WhippleShield, load(run.scenario).record(run.parameters)), materials_of(run)
     first, rear, shift = shield.impact, shield.target(1), shield.walls.bumper_thickness + shield.walls.stand_off
     room = (shift + rear.thickness) / shield.shot.projectile_diameter + 4.0
-    long = replace(first, parameters=replace(shield, shot=replace(first.shot, downrange=room)))
+    long = replace(first, parameters=replace(shield, shot=replace(shield.shot, downrange=room)))
     problem = long.build(found).problem
     axis = np.array([0.0, shift, 0.0])
     wall = rear.body("wall", found["wall"], problem.geometry, *rear.points(), np.zeros(3))

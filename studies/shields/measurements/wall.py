@@ -19,18 +19,21 @@ shield may fail and have no hole, so both outcomes stand here, by names of their
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, OnGrid, Reading, measurement
+from studies.measurements._settings import ImpactSetting
 from studies.measurements.hole import hole_diameter as plate_hole
 from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
 from studies.quantities.measured import CLOSED_BY_FILM, STILL_ATTACHED, STILL_COMING
+
+if TYPE_CHECKING:
+    from solver.state import Snapshot
 
 NOT_REACHED = "not_reached"  # no debris has come to the wall yet
 LATE = 0.01  # of the mass that flies to the wall: while more is to come the wall has not settled
@@ -172,10 +175,9 @@ class Wall(OnGrid):
         empty = np.pad(~occupied.reshape(*self.columns, -1), beyond, constant_values=1)
         label, _ = ndimage.label(empty)
         count = ((label > 0) & (label != label[(-1,) * label.ndim])).sum(axis=-1)
-        volume: Any = self.copies * self.cell ** (1 + len(self.columns))
-        if len(self.columns) == 1:
-            volume *= 2.0 * math.pi * self.cell * (np.arange(count.size) + 0.5)
-        return float((count * volume).sum())
+        # Of a body of revolution the cells are rings, whose length grows from the axis outwards.
+        length = 2.0 * math.pi * self.cell * (np.arange(count.size) + 0.5) if len(self.columns) == 1 else self.copies
+        return float((count * (length * self.cell ** (1 + len(self.columns)))).sum())
 
 
 @dataclass(frozen=True)
@@ -188,19 +190,19 @@ class WallView(OnGrid):
     cell: float  # m
 
 
-def wall_of(setting: Any, snapshot: Any) -> Wall:
-    """The wall of a snapshot (``solver.state.Snapshot``) in an ``ImpactSetting`` whose target it is."""
+def wall_of(setting: ImpactSetting, snapshot: "Snapshot") -> Wall:
+    """The wall of a snapshot, in a setting whose target it is."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis
     from solver.state import MASS, VX
 
     problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
     axis, plate, cell = impact_axis(problem.geometry), impact_view(setting, snapshot), problem.geometry.spacing
-    number = [each.name for each in problem.bodies].index(setting.target)
+    number = [body.name for body in problem.bodies].index(setting.target)
     body, copies = problem.bodies[number], 2.0 * math.pi / setting.sector
     here = np.flatnonzero((particles.alive == 1) & (snapshot.body == number))
     gone = np.flatnonzero(departed.body == number)
-    start = sum(each.mass.size for each in problem.bodies[:number])
+    start = sum(body.mass.size for body in problem.bodies[:number])
 
     def whole(name: str) -> np.ndarray:
         return np.concatenate([getattr(particles, name)[here], getattr(departed, name)[gone]])
@@ -212,15 +214,15 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
     seed[on_grid] = np.abs(first[: here.size, :axis]).max(axis=1) > setting.radius - HELD * cell
     among = on_grid & unbroken
     attached = hanging_together(problem.geometry, particles.position[particles.alive == 1], among, seed)
-    lines = [np.floor(first[:, each] / body.spacing[each]).astype(np.int64) for each in range(axis)]
-    lines = [each - np.min(each, initial=0) for each in lines]
+    lines = np.floor(first[:, :axis] / body.spacing[:axis]).astype(np.int64)
+    lines -= lines.min(axis=0, initial=0)
     other = (particles.alive == 1) & (snapshot.body != number)
     given = -float((particles.mass[other] * particles.velocity[other, axis]).sum())
     given -= float((departed.mass * departed.velocity[:, axis])[departed.body != number].sum())
     if problem.arrivals is not None:
         # They join in order, with the last numbers of all.
         start_of_arrivals = problem.particle_count - problem.arrivals.time.size
-        last = max(np.max(each.number, initial=-1) for each in (particles, departed))
+        last = max(np.max(matter.number, initial=-1) for matter in (particles, departed))
         table = problem.arrivals.table[:, : max(0, int(last) + 1 - start_of_arrivals)]
         given += float((table[MASS] * table[VX + axis]).sum())
     return Wall(
@@ -231,7 +233,7 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
         first_depth=first[:, axis],
         velocity=whole("velocity")[:, axis],
         mass=copies * whole("mass"),
-        line=np.ravel_multi_index(lines, tuple(int(np.max(each, initial=0)) + 1 for each in lines)),
+        line=np.ravel_multi_index(tuple(lines.T), tuple(lines.max(axis=0, initial=0) + 1)),
         attached=np.concatenate([attached[on_grid], np.zeros(gone.size, bool)]),
         given=copies * given,
         columns=tuple(int(count) for count in problem.geometry.cells[:axis]),
@@ -248,28 +250,23 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
     )
 
 
-def _of_wall(**fields: Any) -> Callable[[Callable[[Wall], Reading]], Measurement]:
-    """Make a function that reads a wall the measurement of its name.
+def _of_wall(of_wall: Measurement) -> Measurement:
+    """A measurement of a wall as one of a shield.
 
     It is not reached before there is debris at the wall. It says while more is coming, where more would come that still
     hangs on a sheet in front, and where the rim has moved, unless it is an outcome that nothing undoes.
     """
 
-    def made(definition: Callable[[Wall], Reading]) -> Measurement:
-        of_wall = measurement(**fields)(definition)
+    def read(view: WallView) -> Reading:
+        if view.wall is None:
+            raise NoValue(NOT_REACHED)
+        reading = of_wall.read(view.wall)
+        if of_wall.is_outcome and reading.value == 1.0:
+            return reading
+        doubts = {STILL_COMING: view.coming > LATE, STILL_ATTACHED: view.held_back, "rim_moved": view.wall.rim_moved}
+        return replace(reading, flags=(*reading.flags, *(flag for flag, holds in doubts.items() if holds)))
 
-        def read(view: WallView) -> Reading:
-            if view.wall is None:
-                raise NoValue(NOT_REACHED)
-            reading = of_wall.read(view.wall)
-            is_final = of_wall.is_outcome and reading.value == 1.0
-            doubts = [STILL_COMING] * (view.coming > LATE) + [STILL_ATTACHED] * view.held_back
-            doubts += ["rim_moved"] * view.wall.rim_moved
-            return Reading(reading.value, reading.parts, (*reading.flags, *([] if is_final else doubts)))
-
-        return replace(of_wall, definition=read)
-
-    return made
+    return replace(of_wall, definition=read)
 
 
 # ---- outcomes ------------------------------------------------------------------------------------
@@ -280,7 +277,8 @@ def _doubt(wall: Wall) -> tuple[str, ...]:
     return (CLOSED_BY_FILM,) if wall.share.min() * wall.thickness < wall.cell else ()
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Wall perforated",
     unit="1",
     meaning="1 where light passes through the wall along its normal: at least one column of cells, three cells from "
@@ -295,7 +293,8 @@ def wall_perforated(wall: Wall) -> Reading:
     return Reading(float(clear), flags=() if clear else _doubt(wall))
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Wall failed",
     unit="1",
     meaning="1 where the wall is perforated, or has detached spall of more than 1 % of the mass of wall that the "
@@ -309,7 +308,8 @@ def wall_failed(wall: Wall) -> Reading:
     return Reading(float(failed), flags=() if failed else _doubt(wall))
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Attached spall",
     unit="1",
     meaning="1 where the wall that is connected to its rim encloses empty cells, no face of which leads outside, of "
@@ -326,7 +326,8 @@ def wall_attached_spall(wall: Wall) -> Reading:
 # ---- the hole and the crater ---------------------------------------------------------------------
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Hole of the wall",
     unit="m",
     meaning=f"of a perforated wall: {plate_hole.meaning}; too narrow where the hole is narrower than this tells",
@@ -342,7 +343,8 @@ def wall_hole_diameter(wall: Wall) -> Reading:
     return reading
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Crater depth over wall thickness",
     unit="1",
     meaning="thickness that the deepest crater takes from the wall, over its original thickness: of all columns of "
@@ -355,7 +357,8 @@ def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
     return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Bulge of the wall",
     unit="m",
     meaning="largest displacement along the flight of the wall's rear face: mean of its last layer of particles that "
@@ -378,7 +381,8 @@ def wall_bulge(wall: Wall) -> Reading:
     return Reading(float(displacement[farthest]), {"resolution": wall.resolution}, flags)
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Momentum of the wall",
     unit="N s",
     meaning="momentum along the flight that the wall which is connected to its rim has or has given to the rim: what "
@@ -400,7 +404,8 @@ def _spalled_face(wall: Wall) -> float:
     return float(wall.mass[wall.spall & wall.on_face].sum()) / (wall.density * wall.width)
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Detached spall",
     unit="kg",
     meaning="mass of the wall's matter that is not connected to its rim, flies on, and has no connected wall behind it "
@@ -413,7 +418,8 @@ def wall_detached_spall(wall: Wall) -> Reading:
     return Reading(mass, {"resolution": wall.density * _spalled_face(wall) * wall.resolution})
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Diameter of the spalled face",
     unit="m",
     meaning="equal-area diameter of the part of the rear face that came off: of the last layer of particles, at rest, "
@@ -426,7 +432,8 @@ def wall_spall_diameter(wall: Wall) -> Reading:
     return Reading(math.sqrt(4.0 / math.pi * _spalled_face(wall)), {"resolution": wall.resolution})
 
 
-@_of_wall(
+@_of_wall
+@measurement(
     title="Velocity of the spall",
     unit="m s-1",
     meaning="mean velocity along the flight, by mass, of detached spall; no spall as for the diameter of its face",

@@ -5,7 +5,7 @@ Their definitions are those of a hole (``hole``) and of debris (``impact/cloud``
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +15,12 @@ from studies.measurements.impact.cloud import TOTALS, VELOCITIES, CloudView
 from studies.measurements.impact.cloud import view as cloud_view
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.impact.view import view as impact_view
-from studies.measurements.wall import LATE, NOT_REACHED, WallView, wall_of
 from studies.quantities.measured import STILL_COMING
+from studies.shields.measurements.wall import LATE, NOT_REACHED, WallView, wall_of
+
+if TYPE_CHECKING:
+    from solver.state import Snapshot
+    from studies.shields.stages import ShieldSetting
 
 
 @dataclass(frozen=True)
@@ -31,9 +35,9 @@ class ShieldView(WallView):
     angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
 
 
-def view(setting: Any, snapshot: Any) -> ShieldView:
-    """The view of a snapshot (``solver.state.Snapshot``) in a ``ShieldSetting``."""
-    before, bumpers = setting.before, tuple(each.bumper for each in setting.before)
+def view(setting: "ShieldSetting", snapshot: "Snapshot") -> ShieldView:
+    """The view of a snapshot."""
+    before, bumpers = setting.before, tuple(stage.bumper for stage in setting.before)
     wall, coming, is_half = None, 1.0, setting.problem.geometry.lower[0] < 0.0
     if len(before) < setting.bumpers:
         bumpers, cloud = (*bumpers, impact_view(setting, snapshot)), cloud_view(setting, snapshot)
@@ -46,28 +50,30 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
     return ShieldView(
         wall,
         coming,
-        any(each.attached > LATE for each in before),
+        any(stage.attached > LATE for stage in before),
         setting.problem.geometry.spacing,
         bumpers,
         cloud,
-        missed=sum(each.missed for each in before) / sum(each.mass for each in before) if before else 0.0,
-        clock_ahead=sum(each.clock_ahead for each in before),
+        missed=sum(stage.missed for stage in before) / sum(stage.mass for stage in before) if before else 0.0,
+        clock_ahead=sum(stage.clock_ahead for stage in before),
         attached=_attached(setting, snapshot) if wall is None else 0.0,
-        angular_momentum_error=max((each.angular_momentum_error for each in before), default=0.0) if is_half else None,
+        angular_momentum_error=max((stage.angular_momentum_error for stage in before), default=0.0)
+        if is_half
+        else None,
     )
 
 
-def _on_its_way(setting: Any, snapshot: Any) -> float:
+def _on_its_way(setting: "ShieldSetting", snapshot: "Snapshot") -> float:
     """Momentum of the debris on the grid of a wall that has no clear way past it, over the projectile's.
 
     Debris that has not reached the wall has it, and debris that still drives the wall; what the wall has stopped or
     thrown back has none.
     """
-    target = [each.name for each in setting.problem.bodies].index(setting.target)
+    target = [body.name for body in setting.problem.bodies].index(setting.target)
     return _unclear(setting, snapshot, snapshot.body != target)
 
 
-def _attached(setting: Any, snapshot: Any) -> float:
+def _attached(setting: "ShieldSetting", snapshot: "Snapshot") -> float:
     """Momentum of what flies fast enough to come to the next sheet and has no clear way there, over the projectile's.
 
     A projectile that goes through has nearly all of its own until it has come off; one that the sheet stops has none.
@@ -78,7 +84,7 @@ def _attached(setting: Any, snapshot: Any) -> float:
     return _unclear(setting, snapshot, velocity > setting.slowest)
 
 
-def _unclear(setting: Any, snapshot: Any, among: np.ndarray) -> float:
+def _unclear(setting: "ShieldSetting", snapshot: "Snapshot", among: np.ndarray) -> float:
     """Momentum of particles (n, bool) that no clear way leads off the grid, over the projectile's."""
     from solver.grid.debris import clear_debris
     from solver.problem.geometry import impact_axis
@@ -116,7 +122,7 @@ def _of_cloud(name: str, short: str) -> Measurement:
     return replace(of_cloud, name=f"shield_{short}", title=title, meaning=meaning, definition=read)
 
 
-_CLOUD = {each.name: each for each in (*TOTALS, *VELOCITIES)}
+_CLOUD = {measured.name: measured for measured in (*TOTALS, *VELOCITIES)}
 
 MEASUREMENT = (
     _hole_of("bumper", "the bumper", 0),

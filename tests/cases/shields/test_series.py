@@ -19,7 +19,7 @@ from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
 from studies.shields.shots import joined
-from studies.shields.shots.joined import Simulated
+from studies.shields.shots.drawn import Simulated
 from studies.shields.shots.table import ShieldShot, published
 from tests.claims.rows import Row, at_least, at_most, equal, reported
 
