@@ -49,6 +49,8 @@ class StoredShot(TypedDict, total=False):
 class Stored(TypedDict):
     """The results as they were computed."""
 
+    physics_version: int
+    measurements: Mapping[str, int]  # versions of their definitions
     grids: Mapping[str, Mapping[str, float | Sequence[float]]]  # by table
     shots: Sequence[StoredShot]
 
