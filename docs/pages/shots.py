@@ -92,7 +92,9 @@ def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, 
     }
 
 
-def computed(name: str, folder: Path, shots: Sequence[observations.Observation] | None = None) -> Iterator[StoredShot]:
+def computed(
+    name: str, folder: Path, shots: Sequence[observations.Observation] | None = None
+) -> Iterator[dict[str, Any]]:
     """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default.
 
     Raises ValueError where the folder has results of an earlier definition.
