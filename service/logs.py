@@ -12,7 +12,7 @@ import sys
 import threading
 from contextvars import ContextVar
 from datetime import UTC, datetime
-from typing import Any, TextIO
+from typing import TextIO
 
 from service.records.jobs import Kind, Lease
 
@@ -38,7 +38,7 @@ class JsonLines(logging.Formatter):
     """A log record as one line, whatever characters its text has."""
 
     def format(self, record: logging.LogRecord) -> str:
-        line: dict[str, Any] = {
+        line: dict[str, str | int | float | None] = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,
@@ -109,7 +109,7 @@ class CountingHandler(logging.StreamHandler[TextIO]):
         return again
 
 
-def about(lease: Lease) -> dict[str, Any]:
+def about(lease: Lease) -> dict[str, str | int | None]:
     """Fields of a line about an attempt: its run, or the sweep of a publication."""
     subject = {"run": lease.id} if lease.kind is Kind.RUN else {"sweep": lease.sweep_id}
     return {**subject, "attempt": lease.attempt}

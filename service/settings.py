@@ -2,9 +2,10 @@
 
 import json
 import os
+from collections.abc import Iterable
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 from urllib.parse import quote
 
 from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo, field_validator
@@ -144,7 +145,7 @@ class Settings(BaseSettings):
 
     @field_validator("trusted_proxy", mode="before")
     @classmethod
-    def _is_list_of_addresses(cls, value: Any) -> tuple[Network, ...]:
+    def _is_list_of_addresses(cls, value: "str | Iterable[Network | str]") -> tuple[Network, ...]:
         """Proxies are trusted by their addresses."""
         try:
             places = json.loads(value) if isinstance(value, str) else value
@@ -156,7 +157,7 @@ class Settings(BaseSettings):
 
     @field_validator("threads", mode="before")
     @classmethod
-    def _is_number_or_auto(cls, value: Any) -> Any:
+    def _is_number_or_auto(cls, value: str | int | None) -> str | int | None:
         if value == AUTO:
             return None
         if isinstance(value, str) and not (value.isascii() and value.isdigit() and int(value)):
@@ -203,23 +204,18 @@ class Settings(BaseSettings):
             _check_scheme("service.files.stores", "store of files", url)
         return url
 
-    @field_validator("tls_ca", "tls_cert", "tls_key")
+    @field_validator("tls_ca", "tls_cert", "tls_key", "memory_limit")
     @classmethod
-    def _is_there_for_the_engine(cls, file: Path | None, context: ValidationInfo) -> Path | None:
+    def _is_there_for_the_engine(cls, value: Path | ByteSize | None, context: ValidationInfo) -> Path | ByteSize | None:
+        """Require certificates with an engine, and a limit, as the service cannot measure other machines' memory."""
         engine = context.data.get("engine")
-        if engine is not None and file is None:
-            raise _refused(f"a PEM file, which the engine at {engine} requires")
-        if file is not None and not file.is_file():
+        if engine is not None and value is None:
+            of_file = f"a PEM file, which the engine at {engine} requires"
+            of_memory = "the memory that one run may use on a worker of the engine, such as 4GiB"
+            raise _refused(of_memory if context.field_name == "memory_limit" else of_file)
+        if isinstance(value, Path) and not value.is_file():
             raise _refused("a file that exists")
-        return file
-
-    @field_validator("memory_limit")
-    @classmethod
-    def _is_there_for_the_engine_too(cls, limit: ByteSize | None, context: ValidationInfo) -> ByteSize | None:
-        """Require a limit with an engine: the service cannot measure the memory of other machines."""
-        if limit is None and context.data.get("engine") is not None:
-            raise _refused("the memory that one run may use on a worker of the engine, such as 4GiB")
-        return limit
+        return value
 
     @property
     def url(self) -> str:

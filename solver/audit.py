@@ -7,12 +7,13 @@ what drifts.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from solver.problem.geometry import conserved_axes, impact_axis
+from solver.problem.geometry import Geometry, conserved_axes, impact_axis
 from solver.state import Departed, Particles
 
 HOTTEST_PART = 1e-3  # share of the particles, the hottest, whose internal energy is watched
@@ -31,7 +32,12 @@ class Ledger:
     discarded: float = 0.0  # mass of stray particles that were discarded (``grid/strays.py``), kg
 
     def with_particles(
-        self, particles: Any, index: np.ndarray | slice, *, expanding: float = 0.0, discarded: float = 0.0
+        self,
+        particles: Particles | Departed,
+        index: np.ndarray | slice,
+        *,
+        expanding: float = 0.0,
+        discarded: float = 0.0,
     ) -> "Ledger":
         """The ledger with some particles (indices) added, or records of them; the rest is their part of it, kg."""
         part = totals(particles, index)
@@ -74,13 +80,27 @@ class BodyBalance:
 class Books:
     """All that a simulation has booked: the next stage goes on from it (per radian in axisymmetry)."""
 
-    start: "Totals"  # of all bodies of this stage and those before
-    ledger: Ledger
-    impulse: np.ndarray  # (3,) given by faces, absorbers and loads, N s
-    removed: float = 0.0  # energy, J
-    removed_by_contact: float = 0.0  # J
-    worked: float = 0.0  # J
+    start: Totals  # of all bodies of this stage and those before
+    ledger: Ledger = field(default_factory=Ledger)
+    impulse: np.ndarray = field(default_factory=lambda: np.zeros(3))  # (3,) given by faces, absorbers and loads, N s
+    removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
+    removed_by_contact: float = 0.0  # the part of it that contact took, J
+    worked: float = 0.0  # work of tractions and gravity, J
     left: tuple[BodyBalance, ...] = ()  # what each body left behind in the stages before, all of it as departed
+
+    def plain(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Plain objects and arrays that ``from_plain`` reads."""
+        numbers = asdict(self)
+        arrays = {f"{name}_momentum": numbers[name].pop("momentum") for name in ("start", "ledger")}
+        return numbers, {"impulse": numbers.pop("impulse"), **arrays}
+
+    @staticmethod
+    def from_plain(numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> "Books":
+        """The books of which ``plain`` made plain objects and arrays."""
+        start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
+        ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
+        left = tuple(BodyBalance(**balance) for balance in numbers["left"])
+        return Books(**{**numbers, "start": start, "ledger": ledger, "left": left, "impulse": arrays["impulse"]})
 
 
 @dataclass(frozen=True)
@@ -115,13 +135,15 @@ class Audit:
     discarded_mass: float = 0.0  # of stray particles that were discarded, of the initial mass
 
     @staticmethod
-    def from_plain(plain: dict[str, Any]) -> "Audit":
+    def from_plain(
+        *, exchanged: Mapping[str, float], bodies: Sequence[Mapping[str, float]], **numbers: float
+    ) -> "Audit":
         """The audit of which ``asdict`` made plain objects."""
-        bodies = tuple(BodyBalance(**body) for body in plain["bodies"])
-        return Audit(**{**plain, "exchanged": Exchanged(**plain["exchanged"]), "bodies": bodies})
+        parts = tuple(BodyBalance(**body) for body in bodies)
+        return Audit(**numbers, exchanged=Exchanged(**exchanged), bodies=parts)
 
 
-def totals(particles: Any, index: Any = slice(None)) -> Totals:
+def totals(particles: Particles | Departed, index: np.ndarray | slice = slice(None)) -> Totals:
     """Sums over some particles, or records of them; by default over all."""
     mass = particles.mass[index]
     momentum, scale, kinetic = np.zeros(3), 0.0, 0.0
@@ -146,7 +168,7 @@ def summed(first: Totals, second: Totals) -> Totals:
 
 
 def audit(
-    geometry: Any,
+    geometry: Geometry,
     particles: Particles,
     books: Books,
     *,
@@ -155,13 +177,12 @@ def audit(
     bodies: tuple[BodyBalance, ...] = (),
 ) -> Audit:
     """Balance the present state, what is still to join, the ledger and the impulse of the faces against the start."""
-    start, ledger, impulse = books.start, books.ledger, books.impulse
-    removed, removed_by_contact, worked = books.removed, books.removed_by_contact, books.worked
+    start, ledger, impulse, worked = books.start, books.ledger, books.impulse, books.worked
     living = np.flatnonzero(particles.alive)
     here = totals(particles, living)
     now = summed(here, waiting) if waiting else here
     start_energy = start.kinetic + start.internal
-    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + removed - worked
+    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + books.removed - worked
     scale = start_energy + abs(worked)
     missing = now.momentum + ledger.momentum - impulse - start.momentum
     gauge = start.momentum_scale or float(np.abs(impulse).sum()) or 1.0
@@ -173,12 +194,12 @@ def audit(
         kinetic=here.kinetic,
         internal=here.internal,
         outflow_mass=ledger.mass / start.mass,
-        removed_energy=removed / scale if scale else 0.0,
-        contact_energy=removed_by_contact / scale if scale else 0.0,
+        removed_energy=books.removed / scale if scale else 0.0,
+        contact_energy=books.removed_by_contact / scale if scale else 0.0,
         outflow_energy=(ledger.kinetic + ledger.internal) / scale if scale else 0.0,
         hottest_energy_share=_hottest_share(particles, living, here.internal),
         largest_speed=_largest_speed(particles, living),
-        exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked),
+        exchanged=Exchanged(books.removed, books.removed_by_contact, float(impulse[impact_axis(geometry)]), worked),
         bodies=bodies,
         expanding_mass=ledger.expanding / start.mass,
         discarded_mass=ledger.discarded / start.mass,
@@ -186,7 +207,7 @@ def audit(
 
 
 def body_balances(
-    geometry: Any, here: tuple[Particles, np.ndarray], *away: tuple[Particles | Departed, np.ndarray], count: int
+    geometry: Geometry, here: tuple[Particles, np.ndarray], *away: tuple[Particles | Departed, np.ndarray], count: int
 ) -> tuple[BodyBalance, ...]:
     """The sums of each of ``count`` bodies over particles on the grid, and over those away from it.
 
@@ -203,8 +224,8 @@ def body_balances(
         )
         return np.array([np.bincount(body, weights=weight, minlength=count) for weight in weights])
 
-    gone = sum((sums(*each) for each in away), np.zeros((3, count)))
-    return tuple(BodyBalance(*map(float, each)) for each in np.concatenate([sums(*here), gone]).T)
+    gone = sum((sums(*matter) for matter in away), np.zeros((3, count)))
+    return tuple(BodyBalance(*map(float, balance)) for balance in np.concatenate([sums(*here), gone]).T)
 
 
 def left_behind(balances: tuple[BodyBalance, ...], before: tuple[BodyBalance, ...]) -> tuple[BodyBalance, ...]:

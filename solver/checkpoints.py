@@ -21,6 +21,7 @@ from solver import PHYSICS_VERSION
 from solver.audit import Audit
 from solver.errors import Interrupted
 from solver.jit import compiler
+from solver.problem import Problem
 
 MINUTE = 60.0  # s
 MEBIBYTE = 1 << 20
@@ -66,7 +67,7 @@ class CheckpointRefused(Exception):
     """A checkpoint that cannot be used, with the reason."""
 
 
-def fingerprint(problem: Any, **others: str) -> Fingerprint:
+def fingerprint(problem: Problem, **others: str) -> Fingerprint:
     """Everything that decides the bits of a run: it continues only where all of it is the same."""
     return {
         **compiler(),
@@ -77,7 +78,7 @@ def fingerprint(problem: Any, **others: str) -> Fingerprint:
     }
 
 
-def content_hash(record: Any) -> str:
+def content_hash(record: Problem) -> str:
     """SHA-256 of a tree of records, tuples, numbers, words and arrays; TypeError for anything else."""
     digest = hashlib.sha256()
     for piece in _pieces(record):
@@ -172,7 +173,7 @@ def _pieces(value: Any) -> Iterator[bytes | memoryview]:
 class Stepping(Protocol):
     """The state that a checkpoint stores and restores: a ``simulation.Simulation``."""
 
-    problem: Any  # a ``problem.Problem``
+    problem: Problem
     shares: int
     time: float
     step: int
@@ -215,7 +216,7 @@ class CheckpointWriter:
             return
         observing = carried.numbers["observing"]
         self.checkpoint.restore_observer(observing["observer"])
-        self.observing.history = [Audit.from_plain(audit) for audit in observing["history"]]
+        self.observing.history = [Audit.from_plain(**audit) for audit in observing["history"]]
         self.observing.due = observing["due"]
         self.simulation.take_over(carried)
         self.checkpoint.on_checkpoint(self.simulation.step)

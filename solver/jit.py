@@ -1,10 +1,10 @@
 """Compilation of the physics to machine code; numba is imported here and in ``vectors/`` alone, with the first kernel.
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
-``generic``     a device function chosen by the *type* of its first argument, a parameter record
-``overridable`` the same with a text of its own, for all records that bring none
-``implements``  registers the text of a generic function for one record type
-``gives``       registers a constant in the place of a text
+``generic``     a device function chosen by the *type* of its first argument, a parameter record: its method of the same
+                name
+``overridable`` the same with a text of its own, for all records that have no such method
+``implements``  gives a record of a lower room a method
 ``kernel``      a compiled loop over particles or nodes, cached on disk
 
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
@@ -31,20 +31,14 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from types import FunctionType, ModuleType
+from typing import Generic, ParamSpec, Protocol, TextIO, TypeVar
 
-__all__ = [
-    "Bound",
-    "compiler",
-    "device",
-    "generic",
-    "gives",
-    "implements",
-    "kernel",
-    "overridable",
-    "software",
-    "when_compiling",
-]
+P = ParamSpec("P")
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
+Signature = TypeVar("Signature")
+Registration = TypeVar("Registration", bound=Callable[[], None])
 
 # Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not. Nobody calls kernels from C:
 # wrappers for that take a tenth of the time of compiling (2026-11-25).
@@ -56,7 +50,7 @@ _PATIENCE = 60.0
 # Held with the lock of a file: kernels that compile others take several locks, in the order of their calls.
 _compiling = threading.RLock()
 _waiting: list[Callable[[], None]] = []  # registrations until the first kernel
-_kernels: set[Callable[..., Any]] = set()  # functions whose machine code KernelLocator keeps
+_kernels: set[str] = set()  # names of the functions whose machine code KernelLocator keeps
 
 # numba's own choice, for functions that are no kernels and where the cache directory cannot be made.
 _NUMBA_LOCATORS = "UserProvidedCacheLocator,InTreeCacheLocator,UserWideCacheLocator,IPythonCacheLocator"
@@ -66,7 +60,27 @@ _V3 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"}
 _LEVELS = {"x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}, "x86-64-v3": _V3}
 
 
-def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
+class Record(Protocol):
+    """The parameters of a model, a NamedTuple: its type decides which texts of generic functions are compiled."""
+
+    def _asdict(self) -> dict[str, float]: ...
+
+
+class Kernel(Protocol[P, R_co]):
+    """A compiled function."""
+
+    @property
+    def py_func(self) -> Callable[P, R_co]:
+        """The function as it is written."""
+
+    def __call__(self, *arguments: P.args, **keywords: P.kwargs) -> R_co:
+        """Call the machine code for the types of the arguments, compiled unless it is there."""
+
+    def compile(self, signature: tuple[type, ...]) -> Callable[P, R_co]:
+        """The machine code for some types of numba."""
+
+
+def when_compiling(register: Registration) -> Registration:
     """Call a registration with numba as soon as there is a kernel; at once where there is one."""
     if _numba.cache_info().currsize:
         register()
@@ -76,7 +90,7 @@ def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
 
 
 @functools.cache
-def _numba() -> Any:
+def _numba() -> ModuleType:
     """The compiler, with its processor, its cache directory and who finds kernels there."""
     import llvmlite.binding
     import numba.extending
@@ -104,15 +118,15 @@ class KernelLocator:
     ``NUMBA_CACHE_LOCATOR_CLASSES`` names.
     """
 
-    def __init__(self, function: Callable[..., Any], file: str) -> None:
+    def __init__(self, function: FunctionType, file: str) -> None:
         self._folder = Path(_numba().config.CACHE_DIR) / function.__module__
         text = hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16]
         self._name = f"{function.__code__.co_firstlineno}-{text}"
 
     @classmethod
-    def from_function(cls, function: Callable[..., Any], file: str) -> "KernelLocator | None":
+    def from_function(cls, function: FunctionType, file: str) -> "KernelLocator | None":
         """The locator of a kernel; None for other functions, and where there can be no folder."""
-        if function not in _kernels:
+        if f"{function.__module__}.{function.__qualname__}" not in _kernels:
             return None
         located = cls(function, file)
         try:
@@ -138,7 +152,7 @@ class KernelLocator:
         return self._name
 
 
-def device(function: Callable[..., Any]) -> Callable[..., Any]:
+def device(function: Callable[P, R]) -> Callable[P, R]:
     """A function that kernels may call and that stays a plain Python function outside."""
 
     @when_compiling
@@ -148,75 +162,69 @@ def device(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
-    """A function whose text depends on the type of its first argument; ``implements`` adds the texts."""
-    return _chosen_by_type(declaration, {})
+def generic(declaration: Callable[P, R]) -> Callable[P, R]:
+    """A function whose text is the method of its name that the type of its first argument, a record, has."""
+    return _chosen_by_type(declaration, None)
 
 
-def overridable(text: Callable[..., Any]) -> Callable[..., Any]:
-    """A generic function whose own text serves all records that bring none."""
-    return _chosen_by_type(text, {object: text})
+def overridable(text: Callable[P, R]) -> Callable[P, R]:
+    """A generic function whose own text serves all records that have no such method."""
+    return _chosen_by_type(text, text)
 
 
-def _chosen_by_type(declaration: Callable[..., Any], texts: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
+def _chosen_by_type(declaration: Callable[P, R], default: Callable[P, R] | None) -> Callable[P, R]:
+    name = declaration.__name__
+
     @functools.wraps(declaration)
-    def dispatch(record: Any, *arguments: Any) -> Any:
-        kind = type(record) if type(record) in texts or object not in texts else object
-        return texts[kind](record, *arguments)
+    def dispatch(*arguments: P.args, **keywords: P.kwargs) -> R:
+        kind = type(arguments[0])
+        text: Callable[P, R] = getattr(kind, name, default) if default else getattr(kind, name)
+        return text(*arguments, **keywords)
 
-    def choose(record: Any, *arguments: Any) -> Any:
-        return texts.get(getattr(record, "instance_class", type(None)), texts.get(object))
+    def choose(record, *arguments):  # by types of numba
+        return getattr(getattr(record, "instance_class", None), name, default)
 
     @when_compiling
     def register() -> None:
         _numba().extending.overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
 
-    dispatch.texts = texts  # type: ignore[attr-defined]
     return dispatch
 
 
-def implements(function: Any, record: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register the decorated function as the text of a generic function for one record type."""
+def implements(function: Callable[P, R], record: type) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make the decorated function the method of a record, of a lower room, that is the text of a generic function."""
 
-    def register(text: Callable[..., Any]) -> Callable[..., Any]:
-        function.texts[record] = text
+    def register(text: Callable[P, R]) -> Callable[P, R]:
+        setattr(record, function.__name__, text)
         return text
 
     return register
 
 
-def gives(function: Any, record: type, value: Any) -> None:
-    """Register a constant as what a generic function gives for one record type."""
-
-    def constant(record: Any, *arguments: Any) -> Any:
-        return value
-
-    implements(function, record)(constant)
-
-
-def kernel(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[P, R]) -> Kernel[P, R]:
     """A compiled loop: cached on disk, free of the interpreter lock, IEEE division."""
     numba = _numba()
     while _waiting:
         _waiting.pop(0)()
-    _kernels.add(function)
-    compiled = numba.njit(cache=True, nogil=True, **_COMMON)(function)
+    name = f"{function.__module__}.{function.__qualname__}"
+    _kernels.add(name)
+    compiled: Kernel[P, R] = numba.njit(cache=True, nogil=True, **_COMMON)(function)
     if not numba.config.DISABLE_JIT:
-        compiled.compile = _compiled_once(compiled.compile, function)
+        vars(compiled)["compile"] = _compiled_once(compiled.compile, name)
     return compiled
 
 
-def _compiled_once(compile: Callable[..., Any], function: Callable[..., Any]) -> Callable[..., Any]:
+def _compiled_once(compile: Callable[[Signature], R], name: str) -> Callable[[Signature], R]:
     """Compilation under a lock file: a process that needs a kernel waits for the one that compiles it, and loads it."""
 
     @functools.wraps(compile)
-    def locked(signature: Any) -> Any:
+    def locked(signature: Signature) -> R:
         with _compiling, contextlib.ExitStack() as stack:
             # Without the lock, where files cannot be locked, each process compiles for itself.
             with contextlib.suppress(OSError):
                 folder = Path(_numba().config.CACHE_DIR)
                 folder.mkdir(parents=True, exist_ok=True)
-                file = (folder / f"{function.__module__}.{function.__qualname__}.lock").open("w")
+                file = (folder / f"{name}.lock").open("w")
                 _lock(stack.enter_context(file))
             # To look for garbage among numba's objects takes a seventh of the time, to keep it 40 MB (2026-11-25).
             if gc.isenabled():
@@ -242,24 +250,24 @@ def _lock(file: TextIO) -> None:
             time.sleep(0.02)
 
 
-class Bound:
+class Bound(Generic[P, R]):
     """A kernel bound to the types of its first arguments, for loops in which types do not change.
 
     It calls the machine code itself: to find it anew by the types of records costs 1 to 8 us a call.
     """
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Kernel[P, R]) -> None:
         self.kernel = function
-        self._code: Callable[..., Any] | None = None
+        self._code: Callable[P, R] | None = None
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: P.args, **keywords: P.kwargs) -> R:
         """Call the kernel and return its result."""
         if self._code is None:
             numba = _numba()
             self._code = self.kernel
             if not numba.config.DISABLE_JIT:
                 self._code = self.kernel.compile(tuple(map(numba.typeof, arguments)))
-        return self._code(*arguments)
+        return self._code(*arguments, **keywords)
 
 
 def software() -> dict[str, str]:

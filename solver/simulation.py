@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Protocol
 
 import numpy as np
 
-from solver.audit import Audit, BodyBalance, Books, Ledger, Totals, audit, body_balances, left_behind, summed, totals
+from solver.audit import Audit, Books, audit, body_balances, left_behind, summed, totals
 from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
 from solver.errors import ProblemError, UnphysicalState
 from solver.grid.debris import clear_debris
@@ -57,18 +57,7 @@ SHARE, MOST_SHARES = 32768, 16
 # times its specific kinetic energy.
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
-# Numbers of a Simulation.
-CARRIED_NUMBERS = (
-    "time",
-    "step",
-    "dt",
-    "smallest_step",
-    "particle_steps",
-    "removed",
-    "removed_by_contact",
-    "worked",
-    "arrived",
-)
+CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "arrived")  # of a Simulation
 DEPARTED = "departed_"  # before the names of its arrays
 
 SnapshotObserver = Callable[[Snapshot], str | None]
@@ -141,13 +130,9 @@ class Simulation:
     body: np.ndarray  # (n,) index of each particle's body
     time: float = 0.0
     step: int = 0
-    ledger: Ledger = field(default_factory=Ledger)
     counters: Counters = field(default_factory=Counters)
     smallest_step: float = math.inf
     particle_steps: int = 0
-    removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
-    removed_by_contact: float = 0.0  # part of it that contact removed
-    worked: float = 0.0  # work of tractions and gravity, J
     arrived: int = 0  # of the problem's arrivals, those that have joined
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = 0  # of the particles; decides the bits, and how many threads find work; 0: by their number
@@ -158,12 +143,10 @@ class Simulation:
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(problem.particle_count)
         self.stepper = stepper_of(problem)(problem, self.limits, self.pool, self.shares)
-        self.impulse = np.zeros(3)
-        self._left: tuple[BodyBalance, ...] = ()  # in the stages before
         self._departures = [NONE_DEPARTED]
         self.dt = problem.fixed_dt or first_step(problem)
         self._arrange()
-        self._begin_books()
+        self.books = self._first_books()
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
@@ -208,44 +191,27 @@ class Simulation:
             bodies=bodies,
         )
 
-    @property
-    def books(self) -> Books:
-        """All that has been booked so far."""
-        return Books(
-            self.start, self.ledger, self.impulse, self.removed, self.removed_by_contact, self.worked, self._left
-        )
-
     def carried(self) -> Carried:
         """The state that passes from this step to the next, and into a checkpoint."""
-        ledger, first = asdict(self.ledger), asdict(self.start)
+        books, booked = self.books.plain()
         arrays = {
             "table": self.table,
             "number": self.particles.number,
             "alive": self.particles.alive,
             "body": self.body,
-            "impulse": self.impulse,
-            "ledger_momentum": ledger.pop("momentum"),
-            "start_momentum": first.pop("momentum"),
+            **booked,
             **{DEPARTED + name: array for name, array in self.departed._asdict().items()},
             **self.stepper.carried(),
         }
-        numbers = {
-            **{name: getattr(self, name) for name in CARRIED_NUMBERS},
-            "counters": asdict(self.counters),
-            "ledger": ledger,
-            "start": first,
-        }
-        return Carried(numbers, arrays)
+        numbers = {name: getattr(self, name) for name in CARRIED_NUMBERS}
+        return Carried({**numbers, "counters": asdict(self.counters), "books": books}, arrays)
 
     def take_over(self, carried: Carried) -> None:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
         for name in CARRIED_NUMBERS:
             setattr(self, name, numbers[name])
-        self.counters = Counters(**numbers["counters"])
-        self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
-        self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
-        self.impulse = arrays["impulse"]
+        self.counters, self.books = Counters(**numbers["counters"]), Books.from_plain(numbers["books"], arrays)
         self._departures = [Departed(*(arrays[DEPARTED + name] for name in Departed._fields))]
         self.table, self.body = arrays["table"], arrays["body"]
         self.stepper.take_over(arrays)
@@ -261,10 +227,13 @@ class Simulation:
         dt = self.dt
         balance = self.stepper.advance(self.partition, self.time, dt)
         self.tally = balance.tally
-        self.impulse += balance.impulse
-        self.removed += balance.energy + balance.contact
-        self.removed_by_contact += balance.contact
-        self.worked += balance.work
+        self.books = replace(
+            self.books,
+            impulse=self.books.impulse + balance.impulse,
+            removed=self.books.removed + (balance.energy + balance.contact),
+            removed_by_contact=self.books.removed_by_contact + balance.contact,
+            worked=self.books.worked + balance.work,
+        )
         self.counters.reflected += balance.reflected
         self.time += dt
         self.step += 1
@@ -281,17 +250,17 @@ class Simulation:
             self._discard()
         if gone:
             self._drop(np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0)), by_itself=True)
-            if self.ledger.particles and not self.particles.alive.any():
+            if self.books.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
     def _discard(self) -> None:
         """Discard the particles whose state is unphysical; raises UnphysicalState where they are no strays."""
-        particles, ledger = self.particles, self.ledger
+        particles, books = self.particles, self.books
         beyond = np.zeros(0, np.int64)
         if isinstance(self.stepper, Stepper):
             beyond = unphysical(self.problem, self.limits, particles, self.body)
-        lost = ledger.discarded + float(particles.mass[beyond].sum())
-        many = lost > MOST_DISCARDED * self.start.mass
+        lost = books.ledger.discarded + float(particles.mass[beyond].sum())
+        many = lost > MOST_DISCARDED * books.start.mass
         if not beyond.size or many or not strays(self.problem, particles, beyond).all():
             self._raise(int(self.tally.culprit))
         particles.alive[beyond] = 0
@@ -307,17 +276,12 @@ class Simulation:
         self.particles.alive[gone] = 0
         self._drop(gone)
 
-    def _begin_books(self) -> None:
-        """Begin with all matter, on the grid or on its way to it, or go on from the books of the stages before."""
-        problem = self.problem
-        self.start = totals(self.particles)
-        if problem.books is not None:
-            books = problem.books
-            self.start, self.ledger, self.impulse = summed(books.start, self.start), books.ledger, books.impulse.copy()
-            self.removed, self.removed_by_contact, self.worked = books.removed, books.removed_by_contact, books.worked
-            self._left = books.left
-        elif problem.arrivals is not None:
-            self.start = summed(self.start, totals(self._waiting()[0]))
+    def _first_books(self) -> Books:
+        """Books with all matter, on the grid or on its way to it, that go on from those of the stages before."""
+        here, before = totals(self.particles), self.problem.books
+        if before is not None:
+            return replace(before, start=summed(before.start, here))
+        return Books(here if self.problem.arrivals is None else summed(here, totals(self._waiting()[0])))
 
     def _waiting(self) -> tuple[Particles, np.ndarray]:
         """What is still to join, as it will be at its own time, and the index of each one's body."""
@@ -339,7 +303,8 @@ class Simulation:
         which = slice(self.arrived, due)
         coming = arrivals.table[:, which]
         flown = flown_columns(self.problem, coming, self.time - arrivals.time[which])
-        self.impulse = self.impulse + ((flown - coming)[VX : VZ + 1] * coming[MASS]).sum(axis=1)
+        turned = ((flown - coming)[VX : VZ + 1] * coming[MASS]).sum(axis=1)
+        self.books = replace(self.books, impulse=self.books.impulse + turned)
         number = self.problem.particle_count - arrivals.time.size + np.arange(self.arrived, due)
         count = self.body.size
         self.table = np.concatenate([self.table, flown[: self.table.shape[0]]], axis=1)
@@ -409,7 +374,8 @@ class Simulation:
             driven = particles.pressure[gone] > rule.expansion * particles.density[gone]
             expanding = float(particles.mass[gone[driven]].sum())
         stray = float(particles.mass[gone].sum()) if discarded else 0.0
-        self.ledger = self.ledger.with_particles(particles, gone, expanding=expanding, discarded=stray)
+        ledger = self.books.ledger.with_particles(particles, gone, expanding=expanding, discarded=stray)
+        self.books = replace(self.books, ledger=ledger)
         self._departures.append(records(self.time, particles, self.body, gone, remembered_in(self.table)))
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry

@@ -64,43 +64,12 @@ class Departed(NamedTuple):
     remembered: np.ndarray  # (k, 2) rows HARDENED and STORED of the table; 0 where matter does not remember
 
 
-NONE_DEPARTED = Departed(
-    number=np.zeros(0, np.int64),
-    body=np.zeros(0, np.int64),
-    time=np.zeros(0),
-    position=np.zeros((0, 3)),
-    velocity=np.zeros((0, 3)),
-    mass=np.zeros(0),
-    density=np.zeros(0),
-    energy=np.zeros(0),
-    pressure=np.zeros(0),
-    viscosity=np.zeros(0),
-    deviator=np.zeros((0, 6)),
-    plastic_strain=np.zeros(0),
-    temperature=np.zeros(0),
-    damage=np.zeros(0),
-    remembered=np.zeros((0, 2)),
-)
-
-
 class Arrivals(NamedTuple):
     """Particles, k of them, that fly straight and join the grid at a time of their own; ascending in that time."""
 
     time: np.ndarray  # (k,) s
     body: np.ndarray  # (k,) index of its body
     table: np.ndarray  # (STORED + 1, k) the state at that time, in the rows of a table
-
-
-class Snapshot(NamedTuple):
-    """A state at rest on one time level, for observers and files; arrays are views, copy to keep."""
-
-    time: float  # s
-    step: int
-    particles: Particles
-    body: np.ndarray  # (n,) index of each particle's body
-    departed: Departed = NONE_DEPARTED
-    waiting: float = 0.0  # mass that is still to join, kg (per radian in axisymmetry)
-    remembered: np.ndarray | None = None  # (2, n) as in ``Departed``
 
 
 def empty_table(count, *, burns=False, remembers=False):
@@ -183,3 +152,18 @@ def columns(departed):
 def joined(parts):
     """The records of several departures, in their order."""
     return Departed(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+NONE_DEPARTED = records(0.0, views(empty_table(0)), np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+
+class Snapshot(NamedTuple):
+    """A state at rest on one time level, for observers and files; arrays are views, copy to keep."""
+
+    time: float  # s
+    step: int
+    particles: Particles
+    body: np.ndarray  # (n,) index of each particle's body
+    departed: Departed = NONE_DEPARTED
+    waiting: float = 0.0  # mass that is still to join, kg (per radian in axisymmetry)
+    remembered: np.ndarray | None = None  # (2, n) as in ``Departed``

@@ -4,10 +4,12 @@ Inside the solver and the studies every quantity is a plain float in SI; an anno
 input (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from types import MappingProxyType
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+Mark = TypeVar("Mark")
 
 
 @dataclass(frozen=True)
@@ -67,11 +69,16 @@ RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
 
 
 @cache
-def marked(record: type, kind: type) -> MappingProxyType[str, Any]:
-    """The mark of a kind of each field of a record that carries one, also inside ``Metre | None``."""
-    hints: dict[str, Any] = get_type_hints(record, include_extras=True)
-    marks = {name: [mark for mark in marks_of(hint) if isinstance(mark, kind)] for name, hint in hints.items()}
-    return MappingProxyType({name: own[0] for name, own in marks.items() if own})
+def marked(record: type, kind: type[Mark]) -> Mapping[str, Mark]:
+    """The first mark of a kind of each field of a record that carries one, also inside ``Metre | None``."""
+    found = {name: [mark for mark in marks if isinstance(mark, kind)] for name, marks in _marks(record).items()}
+    return {name: marks[0] for name, marks in found.items() if marks}
+
+
+@cache
+def _marks(record: type) -> Mapping[str, list[Any]]:
+    """All marks of each field of a record."""
+    return {name: marks_of(hint) for name, hint in get_type_hints(record, include_extras=True).items()}
 
 
 def marks_of(hint: Any) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
+from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
@@ -20,16 +21,16 @@ from service.api.routes.openapi import PROBLEM, TAGS, add_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
-from service.queue.status import DispatcherStatus
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
 
-__all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
+if TYPE_CHECKING:
+    from service.queue.dispatcher import Dispatcher
 
 CACHE = "cache"  # folder of files that are made when they are asked for, in the data directory
 
-StartEngine = Callable[[Settings, Store], AbstractContextManager[DispatcherStatus]]
+StartEngine = Callable[[Settings, Store], AbstractContextManager["Dispatcher"]]
 
 
 @contextmanager
@@ -47,7 +48,7 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
                 yield app
 
 
-def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> FastAPI:
+def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI:
     """The HTTP interface to a store and to the engine that computes its queue."""
     app = FastAPI(
         title="whipple",

@@ -19,7 +19,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequenc
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import anyio
 from pydantic import JsonValue
@@ -29,10 +29,13 @@ from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
 from service.api.turns import Places, Turn
 from service.files.artifacts import Artifacts, digest
-from service.records.jobs import VIEWS, State, Stored
+from service.records.jobs import VIEWS, Outcome, State, Stored
 from service.workers.warm import environment
 from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
+
+if TYPE_CHECKING:
+    from studies.runs.run import RunSpec
 
 log = logging.getLogger(__name__)
 
@@ -56,14 +59,14 @@ class FileOptions(TypedDict, total=False):
     """How a file is made: what the colours of a film show, or the run of a view."""
 
     field: str
-    run: Mapping[str, JsonValue]
+    run: "RunSpec"
 
 
 class FileInputs(TypedDict, total=False):
     """What a child makes a file of: results so far, or stored files."""
 
     document: Mapping[str, JsonValue]
-    outcomes: Sequence[Mapping[str, str]]  # ``RunOutcome.as_json``
+    outcomes: Sequence[Outcome]
     state: str
     files: Mapping[str, tuple[str, str]]  # path and SHA-256, by name
     options: FileOptions
@@ -292,7 +295,7 @@ def _partial(inputs: FileInputs, file: Path) -> None:
     make(inputs["document"], outcomes, file, state=inputs["state"], run_ids=run_ids)
 
 
-def _outcome(run: Mapping[str, str]) -> Mapping[str, JsonValue]:
+def _outcome(run: Outcome) -> Mapping[str, JsonValue]:
     """A run's result, or its state and reason if there is none."""
     if run["path"] is None:
         state = State(run["state"])

@@ -6,6 +6,7 @@ are read from the store on request, so every replica of the service reports the 
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from prometheus_client import (
     CollectorRegistry,
@@ -27,10 +28,12 @@ from prometheus_client.registry import Collector
 from service import version
 from service.api.event_streams import EventStreams
 from service.api.readiness import ReadinessCheck
-from service.queue.status import DispatcherStatus
 from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, QueueRow, RunTally, State, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
+
+if TYPE_CHECKING:
+    from service.queue.dispatcher import Dispatcher
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0)
@@ -39,7 +42,7 @@ REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0
 class Metrics:
     """All metrics of a service, in one registry."""
 
-    def __init__(self, store: Store, engine: DispatcherStatus, streams: EventStreams, readiness: ReadinessCheck):
+    def __init__(self, store: Store, engine: "Dispatcher", streams: EventStreams, readiness: ReadinessCheck):
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
         self._registry = CollectorRegistry()
@@ -80,7 +83,7 @@ class _LazyCollector(Collector):
 class _ProcessMetrics(_LazyCollector):
     """Metrics of this process."""
 
-    def __init__(self, engine: DispatcherStatus, streams: EventStreams):
+    def __init__(self, engine: "Dispatcher", streams: EventStreams):
         self._engine, self._streams = engine, streams
 
     def collect(self) -> Iterator[Metric]:
@@ -98,7 +101,7 @@ class _ProcessMetrics(_LazyCollector):
 class _ServiceMetrics(_LazyCollector):
     """Metrics of what the service can do, and of the queue: jobs by state, failed attempts, seconds of runs."""
 
-    def __init__(self, store: Store, engine: DispatcherStatus, readiness: ReadinessCheck):
+    def __init__(self, store: Store, engine: "Dispatcher", readiness: ReadinessCheck):
         self._store, self._engine, self._readiness = store, engine, readiness
 
     def collect(self) -> Iterator[Metric]:

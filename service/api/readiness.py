@@ -7,16 +7,19 @@ import threading
 import time
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import anyio
 
 from service.api.errors import ServiceNotReady
 from service.api.schemas import Readiness
 from service.queue import data_identity as identity
-from service.queue.status import DispatcherStatus
 from service.records.jobs import QueueHead, StoreUnavailable
 from service.settings import Settings
 from service.store import Store
+
+if TYPE_CHECKING:
+    from service.queue.dispatcher import Dispatcher
 
 # Seconds for which an outcome is reused: any client may ask, and each check takes the write lock.
 REUSE_SECONDS = 1.0
@@ -31,7 +34,7 @@ class ReadinessCheck:
 
     settings: Settings
     store: Store
-    engine: DispatcherStatus
+    engine: "Dispatcher"
     _mutex: threading.Lock = field(default_factory=threading.Lock)
     _last: Future[Readiness] | None = None
     _ended: float = 0.0  # monotonic
@@ -114,7 +117,7 @@ def _check_disk(settings: Settings) -> dict[str, str]:
     return {"data": "writable", "disk": f"{free / 1e9:.1f} GB free"}
 
 
-def _check_engine(engine: DispatcherStatus, queue: QueueHead) -> dict[str, str]:
+def _check_engine(engine: "Dispatcher", queue: QueueHead) -> dict[str, str]:
     """Whether the queue is worked through; raises ServiceNotReady."""
     if not engine.is_alive():
         raise ServiceNotReady("the dispatcher of this service has stopped")

@@ -10,26 +10,35 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from service.files.stores import IDENTITY, FilesAway
+from service.files.stores import IDENTITY, Bucket, FilesAway
 from studies.quantities.findings import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from fsspec import AbstractFileSystem
+    from pydantic import JsonValue
 
 PROBE = ".doctor"
 PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
 AGAIN_SECONDS = 10.0  # pause of downloads after an error, so that only the first ones wait for a store that hangs
 # A store that hangs is away after so long; links are signed as every S3 takes them.
-CONNECTION = {"connect_timeout": 5, "read_timeout": 10, "retries": {"max_attempts": 0}, "signature_version": "s3v4"}
+CONNECTION: "dict[str, JsonValue]" = {
+    "connect_timeout": 5,
+    "read_timeout": 10,
+    "retries": {"max_attempts": 0},
+    "signature_version": "s3v4",
+}
 # Of one kind of store. By default s3fs holds ten parts of 50 MB of a file that it uploads (547 MB, 2026-11).
-OPTIONS: Mapping[str, Mapping[str, Any]] = {
+OPTIONS: "Mapping[str, Mapping[str, JsonValue]]" = {
     "file": {"auto_mkdir": True},
     "s3": {"max_concurrency": 1, "config_kwargs": CONNECTION},
 }
 EXTRA = "pip install 'whipple[s3]'; other stores need the package that fsspec names"
 
 
-class ObjectBucket:
+class ObjectBucket(Bucket):
     """``stores.Bucket`` of the objects below a URL, with the prefix that it names."""
 
     def __init__(self, url: str):
@@ -42,37 +51,32 @@ class ObjectBucket:
             cure = f"correct the URL, or {EXTRA}"
             raise InvalidInput([Finding("artifacts", url, f"a URL that fsspec opens: {error}", cure)]) from None
         self.url = url
-        self.files: Any = opened[0]
+        self.files: AbstractFileSystem = opened[0]
         self.files.retries = 1  # s3fs would try five times, each for as long
         self._root = str(opened[1]).rstrip("/")
         self._failure: tuple[float, str] | None = None  # monotonic, and what a use met
         self._must_upload = False  # until it is over: it was an upload
 
     def blocked_reason(self) -> str | None:
-        """The reason why nothing may be begun; None: the last use succeeded, or failed long ago."""
         failure = self._failure
         return failure[1] if failure is not None and time.monotonic() - failure[0] < PAUSE_SECONDS else None
 
     def put(self, file: Path, name: str) -> None:
-        """Write an object from a file; raises FilesAway."""
         with self._used(uploads=True):
             self.files.put_file(str(file), self._path(name))
 
     def get(self, name: str, file: Path) -> None:
-        """Write an object to a file; raises FileNotFoundError, FilesAway."""
         if self._failure is not None and time.monotonic() - self._failure[0] < AGAIN_SECONDS:
             raise FilesAway(self._failure[1])
         with self._used():
             self.files.get_file(self._path(name), str(file))
 
     def chunks(self, name: str) -> Iterator[bytes]:
-        """The bytes of an object in pieces; raises FileNotFoundError, FilesAway."""
         with self._used(), self.files.open(self._path(name), "rb", block_size=BLOCK) as stream:
             while piece := stream.read(BLOCK):
                 yield piece
 
     def size(self, name: str) -> int | None:
-        """Bytes of an object; None: there is none. Raises FilesAway."""
         try:
             with self._used():
                 return int(self.files.info(self._path(name))["size"])
@@ -80,24 +84,20 @@ class ObjectBucket:
             return None
 
     def names(self, folder: str) -> list[str]:
-        """The objects below a folder; raises FilesAway."""
         with self._used():
             found = self.files.find(self._path(folder))
-        return sorted(each[len(self._root) + 1 :] for each in found)
+        return sorted(path[len(self._root) + 1 :] for path in found)
 
     def age(self, name: str) -> float:
-        """Seconds since an object was written; raises FileNotFoundError, FilesAway."""
         with self._used():
             written: datetime = self.files.modified(self._path(name))
         return time.time() - written.timestamp()
 
     def remove(self, name: str) -> None:
-        """Remove an object; raises FilesAway."""
         with self._used():
             self.files.rm_file(self._path(name))
 
     def link(self, name: str, seconds: int) -> str | None:
-        """A signed link that is valid for so many seconds; None: this store has none. Raises FilesAway."""
         try:
             with self._used():
                 return str(self.files.sign(self._path(name), expiration=seconds))
@@ -105,7 +105,6 @@ class ObjectBucket:
             return None
 
     def identity(self) -> str | None:
-        """The id of the database whose files it has; None: it is empty. Raises FilesAway."""
         with self._used():
             if not self.files.exists(self._path(IDENTITY)):
                 self.files.find(self._path(IDENTITY))  # an error where there is no such bucket
@@ -113,12 +112,10 @@ class ObjectBucket:
             return bytes(self.files.cat_file(self._path(IDENTITY))).decode().strip()
 
     def identify(self, id: str) -> None:
-        """Let it belong to a database; raises FilesAway."""
         with self._used():
             self.files.pipe_file(self._path(IDENTITY), id.encode())
 
     def probe(self) -> bool:
-        """Write, read and remove an object; whether the bucket keeps removed ones as versions. Raises FilesAway."""
         with self._used():
             self.files.pipe_file(self._path(PROBE), b"ready?")
             self.files.cat_file(self._path(PROBE))

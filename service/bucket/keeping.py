@@ -13,12 +13,17 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from itertools import groupby
 
-from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS
+from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS, Artifacts
+from service.files.disk_space import Space
 from service.files.stores import Bucket, FilesAway
+from service.queue.clock_watch import ClockWatch
 from service.queue.data_identity import WrongDirectory
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, SHARDS
-from service.queue.keepers import Kept
-from service.records.jobs import NotFound, StoreUnavailable
+from service.queue.scrubbing import Scrubber
+from service.records.jobs import StoreUnavailable
+from service.settings import Settings
+from service.store import Store
+from service.store.tables import batches
 
 log = logging.getLogger(__name__)
 
@@ -30,11 +35,11 @@ DONE = object()
 class BucketKeeper:
     """Removes objects that no row names, limits the cache, and lets the scrubber go on."""
 
-    def __init__(self, kept: Kept):
-        self._store, self._clock, self._artifacts = kept.store, kept.clock, kept.artifacts
-        self._space, self._scrubber = kept.space, kept.scrubber
-        self._grace = kept.settings.retire_seconds
-        self._cache = kept.settings.artifacts_cache
+    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, clock: ClockWatch, scrubber: Scrubber):
+        self._store, self._clock, self._artifacts, self._scrubber = store, clock, artifacts, scrubber
+        self._space = Space(settings.data, settings.disk_reserve)
+        self._grace = settings.retire_seconds
+        self._cache = settings.artifacts_cache
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="bucket")
         self._running: Future[None] | None = None
         self._sweep: Iterator[None] = iter(())  # over the objects
@@ -66,9 +71,9 @@ class BucketKeeper:
         """Remove the objects that no row names, a part of the bucket at a time."""
         for folder in (SWEEPS, *(f"{RUNS}/{shard}" for shard in SHARDS)):
             ours = (name for name in bucket.names(folder) if name.count("/") >= 3)
-            of_jobs = [(id, [*names]) for id, names in groupby(ours, lambda name: name.split("/")[-3])]
-            for first in range(0, len(of_jobs), FOLDERS_AT_ONCE):
-                self._remove_unnamed(bucket, dict(of_jobs[first : first + FOLDERS_AT_ONCE]), folder == SWEEPS)
+            of_jobs = ((id, [*names]) for id, names in groupby(ours, lambda name: name.split("/")[-3]))
+            for batch in batches(of_jobs, FOLDERS_AT_ONCE):
+                self._remove_unnamed(bucket, dict(batch), folder == SWEEPS)
                 yield
             yield
 
@@ -81,7 +86,7 @@ class BucketKeeper:
         held = {self._artifacts.relative(self._artifacts.attempt_directory(it)) for it in self._store.leases.held()}
         if are_sweeps:
             registered = {file.path for id in ids for file in self._store.publications.files(id)}
-            known, gone = {*filter(self._is_sweep, ids)}, retention.deleted_sweeps(ids)
+            known, gone = {*self._store.sweeps.statuses(ids)}, retention.deleted_sweeps(ids)
         else:
             registered = {file.path for _, file in retention.files_between(ids[0], ids[-1])}
             known, gone = {*retention.last_attempts(ids)}, retention.forgotten_runs(ids)
@@ -94,11 +99,6 @@ class BucketKeeper:
 
     def _is_old(self, bucket: Bucket, name: str) -> bool:
         return not self._clock.is_paused(self._grace) and bucket.age(name) > self._grace
-
-    def _is_sweep(self, id: str) -> bool:
-        with suppress(NotFound):
-            return bool(self._store.sweeps.document(id))
-        return False
 
     # --- the cache -------------------------------------------------------------------------------
 

@@ -55,7 +55,7 @@ def back_up(settings: Settings, out: Path, store: Store) -> Backup:
     with holding(Settings(data=out, database_url=None)):
         part = out / PART
         _remove(part)
-        store.copy_to(part)
+        store.database.copy_to(part)
         with closing(Store.open(f"sqlite:///{part.absolute()}", migrate=False)) as copy:
             done = _copy_files(Artifacts.of(settings), store, Artifacts(out), copy)
             id = copy.data_id()

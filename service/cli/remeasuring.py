@@ -15,26 +15,26 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from service import version
 from service.files.artifacts import Artifacts, describe, digest
 from service.queue.verification import Damaged, summary_of
-from service.records.jobs import State, Stored, SweepStatus
+from service.records.jobs import State, Stored, Summary, SweepStatus
 from service.settings import Settings
 from service.workers.warm_process import die_with_parent
 from solver.errors import WhippleError
 from studies.quantities.files import RESULT, STATE, write_text
 from studies.runs.remeasure import outdated, remeasure
 from studies.runs.results import RunResult
-from studies.runs.run import Run
+from studies.runs.run import Run, RunSpec
 
 if TYPE_CHECKING:
     from service.store import Store
 
 BATCH = 1000  # runs whose parameters are in memory, about 2 kB each
 
-NewResult = tuple[Stored, Mapping[str, Any]]  # its file, and the summary for the run's row
+NewResult = tuple[Stored, Summary]  # its file, and the summary for the run's row
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class _Task:
     """One result to measure again, for a child process; paths are absolute."""
 
     run_id: str
-    spec: Mapping[str, Any]
+    spec: RunSpec
     answer: Stored
     state: Stored
 
@@ -72,7 +72,7 @@ def plan_of(store: "Store") -> RemeasurePlan:
     sweeps: dict[str, str] = {}
     for sweep in _sweeps(store):
         for run in store.runs.measured(sweep.id):
-            measured = (run.summary or {}).get("measurements", {})
+            measured = run.summary.get("measurements", {}) if run.summary else {}
             if run.state is not State.SUCCEEDED or not outdated(run.scenario, measured):
                 continue
             if run.kept is None:
@@ -169,4 +169,4 @@ def _measure_state(task: _Task) -> NewResult:
     # Named after the earlier result, so that no registered file is overwritten.
     file = earlier.with_name(f"result-{task.answer.sha256[:16]}.json")
     write_text(file, json.dumps(answer, allow_nan=False, indent=1))
-    return describe(file), summary_of(answer)
+    return describe(file), summary_of(RunResult.from_json(answer))

@@ -12,12 +12,12 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import Self, TypeVar
 
 from service.dask import worker
 from service.execution.protocol import Cluster, OpenEngine
@@ -36,50 +36,35 @@ log = logging.getLogger(__name__)
 
 PUBLISHED = "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
 
+Answer = TypeVar("Answer")
 Function = Callable[[list[str]], None]  # function of ``worker``, called with keys of attempts
 
 
 class SchedulerConnection(distributed.Client):
     """A connection to a scheduler; a broken one is replaced, not mended. All methods raise OSError."""
 
-    def __init__(self, place: Any, timings: Timings, **options: Any):
+    def __init__(self, address: str, timings: Timings, security: distributed.Security):
         self.is_lost = threading.Event()
         self._timings = timings
         self._undelivered: set[tuple[str, Function]] = set()  # messages, by the worker's address
-        super().__init__(place, set_as_default=False, timeout=timings.connect, **options)
+        super().__init__(address, set_as_default=False, timeout=timings.connect, security=security)
 
     async def _reconnect(self) -> None:
         """Replaces Dask's own method, which gives up every future, and the connection after a while."""
         self.is_lost.set()
         raise asyncio.CancelledError  # the loop that listens ends
 
-    def keep(self, name: str, future: distributed.Future) -> None:
-        """Let the scheduler keep an attempt after the death of this process."""
-        self._answer(self.publish_dataset, future, name=name)
-
-    def kept(self, name: str) -> distributed.Future | None:
-        """An attempt that the scheduler keeps."""
-        return self._answer(self.get_dataset, name, default=None)
-
-    def kept_names(self) -> list[str]:
-        """The names of all that the scheduler keeps, also for others."""
-        return [name for name in self._answer(self.list_datasets) if isinstance(name, str)]
-
-    def release(self, names: list[str]) -> None:
-        """Let the scheduler forget what it keeps."""
-        self._answer(self.unpublish_dataset, names)
-
     def workers(self) -> Mapping[str, str]:
         """The reason why each worker receives no work, by address; empty if it receives work."""
-        workers = self._ask("identity", n_workers=-1).get("workers", {})
+        workers = self.answer(partial(self.sync, self._scheduler().identity, n_workers=-1)).get("workers", {})
         return {address: worker.differences(described.get(worker.SOFTWARE)) for address, described in workers.items()}
 
-    def call(self, function: Function, keys: Sequence[str]) -> None:
+    def call(self, function: Function, keys: list[str]) -> None:
         """Call a function of ``worker`` in the workers that have these attempts.
 
         Returns at once: a frozen worker must not keep the message from the others.
         """
-        for address, processing in self._ask("processing").items():
+        for address, processing in self.answer(partial(self.sync, self._scheduler().processing)).items():
             theirs = sorted(set(keys) & set(processing))
             if theirs and (address, function) not in self._undelivered:
                 self._send(address, function, theirs)
@@ -100,15 +85,15 @@ class SchedulerConnection(distributed.Client):
         )
         delivery.add_done_callback(lambda _: self._undelivered.discard((address, function)))
 
-    def _ask(self, question: str, **options: Any) -> Any:
+    def _scheduler(self) -> distributed.core.rpc | distributed.core.PooledRPCCall:
         if self.scheduler is None:
             raise ConnectionError("the scheduler is away")
-        return self._answer(partial(self.sync, getattr(self.scheduler, question)), **options)
+        return self.scheduler
 
-    def _answer(self, ask: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    def answer(self, ask: Callable[..., Answer]) -> Answer:
         """The answer of the scheduler, in time."""
         try:
-            return ask(*arguments, callback_timeout=self._timings.answer, **options)
+            return ask(callback_timeout=self._timings.answer)
         except TimeoutError:
             self.is_lost.set()
             silence = f"the scheduler has not answered within {self._timings.answer:g} s"
@@ -200,7 +185,7 @@ class DaskEngine:
             self._followed[key] = None
         try:
             future = client.submit(worker.compute, attempt, key=key, pure=False, retries=0, resources={worker.OFFER: 1})
-            client.keep(PUBLISHED + key, future)
+            client.answer(partial(client.publish_dataset, future, name=PUBLISHED + key))
         except BaseException:
             with self._changed:
                 self._followed.pop(key, None)
@@ -213,7 +198,7 @@ class DaskEngine:
 
     def attempts(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
-        names = self._connection().kept_names()
+        names = map(str, self._connection().answer(self._connection().list_datasets))
         return {name.removeprefix(PUBLISHED) for name in names if name.startswith(PUBLISHED)}
 
     def follow(self, key: str) -> None:
@@ -232,7 +217,8 @@ class DaskEngine:
 
     def forget(self, keys: list[str]) -> None:
         with suppress(OSError):  # away; the next life follows and forgets them
-            self._connection().release([PUBLISHED + key for key in keys])
+            client = self._connection()
+            client.answer(partial(client.unpublish_dataset, [PUBLISHED + key for key in keys]))
 
     def close(self, leave_seconds: float | None) -> None:
         """Let every attempt write a checkpoint and leave, and stop the others; with None they go on."""
@@ -254,7 +240,7 @@ class DaskEngine:
 
     def _find(self, client: SchedulerConnection, key: str) -> None:
         """Follow an attempt that the scheduler has; else it is lost."""
-        future = client.kept(PUBLISHED + key)
+        future = client.answer(partial(client.get_dataset, PUBLISHED + key, default=None))
         if future is not None:
             self._attach(key, future)
         else:
@@ -278,12 +264,11 @@ class DaskEngine:
                 del self._followed[key]
             self._changed.notify_all()
 
-    def _receive(self, event: tuple[float, Mapping[str, Any]]) -> None:
+    def _receive(self, event: tuple[float, worker.ProgressEvent]) -> None:
         """Pass progress on; called in the loop of the client."""
-        progress = dict(event[1])
-        key = progress.pop("key")
-        if key in self._followed:  # a scheduler may serve other services too
-            self._inbox.put(ProgressMessage(key, progress))
+        message = event[1]
+        if message["key"] in self._followed:  # a scheduler may serve other services too
+            self._inbox.put(ProgressMessage(message["key"], message["progress"]))
 
     def _end_all(self, leave_seconds: float) -> None:
         """Let all attempts leave, then stop the others; each step has its time."""

@@ -8,14 +8,18 @@ that compute the same numbers, one attempt at a time, and to no other worker of 
 import platform
 from collections.abc import Callable, Mapping
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict
 
 from service import version
+from service.records.jobs import AttemptProgress
 from service.workers.attempt import Attempt, Ending
 from service.workers.supervisor import Supervisor
 from service.workers.timings import DEFAULT
 from service.workers.warm import Slot
 from solver import PHYSICS_VERSION
+
+if TYPE_CHECKING:
+    from distributed import Worker
 
 PROGRESS = "whipple-progress"  # topic of progress messages
 SOFTWARE = "whipple-software"  # entry of a worker's description
@@ -43,19 +47,26 @@ def differences(offered: Mapping[str, str] | None) -> str:
     return "; ".join(f"{name} {offered.get(name)}, on the service {own.get(name)}" for name in names)
 
 
-_WORKERS: list[Any] = []  # workers of this process: one, unless a test starts more
+class ProgressEvent(TypedDict):
+    """A message about an attempt."""
+
+    key: str
+    progress: AttemptProgress
+
+
+_WORKERS: "list[Worker]" = []  # workers of this process: one, unless a test starts more
 _SLOT = Slot()  # slot of this worker, which has one thread
 _UNDER_WAY: dict[str, Supervisor] = {}  # by key of the attempt
 
 
-def dask_setup(worker: Any) -> None:
+def dask_setup(worker: "Worker") -> None:
     """Describe a worker before it registers with the scheduler; called by Dask."""
     _WORKERS.append(worker)
     worker.startup_information[SOFTWARE] = _describe
     worker.state.total_resources[OFFER] = worker.state.available_resources[OFFER] = 1.0
 
 
-def dask_teardown(worker: Any) -> None:
+def dask_teardown(worker: "Worker") -> None:
     """Let attempts leave a worker that ends or has lost its scheduler; called by Dask, which waits for the thread."""
     leave(list(_UNDER_WAY))
     _SLOT.close()
@@ -65,8 +76,8 @@ def compute(attempt: Attempt) -> Ending:
     """Compute an attempt as a Dask task, in the one thread of a worker."""
     worker = _WORKERS[-1]
 
-    def send(progress: Mapping[str, Any]) -> None:
-        worker.log_event(PROGRESS, {"key": attempt.key, **progress})
+    def send(progress: AttemptProgress) -> None:
+        worker.log_event(PROGRESS, ProgressEvent(key=attempt.key, progress=progress))
 
     def is_wanted() -> bool:
         """Whether the scheduler still wants the task: not, once its service died before the scheduler kept it."""
@@ -87,20 +98,20 @@ async def call(function: Callable[[list[str]], None], keys: list[str]) -> None:
 
 def stop(keys: list[str]) -> None:
     """Stop those of the attempts that are under way in this process."""
-    for supervisor in _chosen(keys):
+    for supervisor in _under_way(keys):
         supervisor.stop()
 
 
 def leave(keys: list[str]) -> None:
     """Let attempts write a checkpoint and leave; one that has not left in time is stopped."""
-    for supervisor in _chosen(keys):
+    for supervisor in _under_way(keys):
         supervisor.leave(DEFAULT.leave)
 
 
-def _chosen(keys: list[str]) -> list[Supervisor]:
+def _under_way(keys: list[str]) -> list[Supervisor]:
     under_way = _UNDER_WAY.copy()
     return [under_way[key] for key in keys if key in under_way]
 
 
-async def _describe(worker: Any) -> dict[str, str]:
+async def _describe(worker: "Worker") -> dict[str, str]:
     return software()

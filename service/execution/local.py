@@ -3,11 +3,10 @@
 import logging
 import threading
 import time
-from collections.abc import Mapping
 from contextlib import closing
 from queue import SimpleQueue
-from typing import Any
 
+from service.records.jobs import AttemptProgress
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
 from service.workers.supervisor import Supervisor
 from service.workers.timings import DEFAULT, Timings
@@ -36,7 +35,7 @@ class LocalEngine:
         return len(self._threads)
 
     def submit(self, attempt: Attempt) -> None:
-        def send(progress: Mapping[str, Any]) -> None:
+        def send(progress: AttemptProgress) -> None:
             self._inbox.put(ProgressMessage(attempt.key, progress))
 
         self._under_way[attempt.key] = Supervisor(attempt, send, self._timings)

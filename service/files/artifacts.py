@@ -15,7 +15,6 @@ With a bucket (``service.files.stores``) DIR is where attempts work, and for the
 """
 
 import hashlib
-import json
 import os
 import re
 import shutil
@@ -24,7 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from service.files.stores import Bucket, bucket_at
 from service.records.jobs import Kind, Lease, Stored
@@ -183,10 +182,6 @@ class Artifacts:
         # Side by side the disk is waited for once: 1 ms instead of 23 for the eight of a small run (2026-11).
         with ThreadPoolExecutor(len(files) + len(folders)) as threads:
             list(threads.map(to_disk, files + folders))
-
-    def read_json(self, stored: Stored) -> Any:
-        """Content of a registered JSON file."""
-        return json.loads(self.path(stored).read_bytes())
 
     def copy_out(self, stored: Stored, folder: Path, name: str = "") -> Path:
         """Copy a file into ``folder``, whole or not at all, under its own name by default.

@@ -25,8 +25,10 @@ def holding(settings: Settings) -> Iterator[Path]:
     Raises DataInUse. Services that share a PostgreSQL database share the directory too: the
     database gives one of them the right to lead.
     """
+    # Of the directory and of the database, which may be elsewhere, beside the file itself, not a symbolic link to it.
+    locks = (settings.data / LOCK, _database_of(settings).with_suffix(".lock"))
     with ExitStack() as held:
-        for lock in [] if settings.has_replicas else _locks(settings):
+        for lock in [] if settings.has_replicas else sorted({lock.resolve() for lock in locks}):
             held.enter_context(_locked(lock))
         _make_private(settings)
         yield settings.data
@@ -38,15 +40,6 @@ def _make_private(settings: Settings) -> None:
     with suppress(OSError):  # not there yet, or another user's
         mode = stat.S_IMODE(settings.data.stat().st_mode)
         settings.data.chmod(mode & (0o770 if is_shared else 0o700))
-
-
-def _locks(settings: Settings) -> list[Path]:
-    """Lock files of the data directory and of its database, which may be elsewhere; often one.
-
-    That of the database is beside the file itself, wherever symbolic links to it are.
-    """
-    beside = _database_of(settings).with_suffix(".lock")
-    return sorted({place.resolve() for place in (settings.data / LOCK, beside)})
 
 
 def check_names(settings: Settings) -> None:

@@ -20,10 +20,6 @@ class Space:
         self._reserve = reserve
         self._full = -PAUSE_SECONDS  # monotonic
 
-    def is_short(self) -> bool:
-        """Whether less than the reserve is free."""
-        return self.lacking() > 0
-
     def lacking(self) -> int:
         """Bytes that are missing to the reserve; negative where more is free."""
         return self._reserve - free_bytes(self._folder)

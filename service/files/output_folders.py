@@ -8,16 +8,19 @@ title and observations: points are added and removed, and a report is made anew.
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from studies.quantities.files import REPORT_JSON
 from studies.quantities.findings import Finding, InvalidInput, shown
+
+if TYPE_CHECKING:
+    from studies.quantities.parameters import Plain
 
 ALIKE = ("scenario", "combine", "accuracy", "materials")  # parts of a document that agree for the same sweep
 NAMED = 3  # differences that an error names
 
 
-def held_in(folder: Path) -> Mapping[str, Any] | None:
+def held_in(folder: Path) -> "Mapping[str, Plain] | None":
     """The sweep whose report is in a folder; None without such a report."""
     try:
         held = json.loads((folder / REPORT_JSON).read_bytes())["provenance"]["sweep"]
@@ -26,7 +29,7 @@ def held_in(folder: Path) -> Mapping[str, Any] | None:
     return held if isinstance(held, Mapping) else None
 
 
-def check_same(folder: Path, held: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
+def check_same(folder: Path, held: "Mapping[str, Plain]", asked: "Mapping[str, Plain]") -> None:
     """Raise InvalidInput, with both names, unless a folder holds the requested sweep."""
     there, here = _question(held), _question(asked)
     differing = [name for name in {**there, **here} if there.get(name) != here.get(name)]
@@ -37,24 +40,22 @@ def check_same(folder: Path, held: Mapping[str, Any], asked: Mapping[str, Any]) 
         raise InvalidInput([Finding("out", value, limit, cure)])
 
 
-def _question(document: Mapping[str, Any]) -> dict[str, Any]:
+def _question(document: "Mapping[str, Plain]") -> "dict[str, Plain]":
     """The values that agree for the same sweep, by name."""
     question = {name: document[name] for name in ALIKE if name in document}
-    question |= {f"fixed.{name}": value for name, value in document.get("fixed", {}).items()}
-    axes = {*document.get("axes", {}), *(["offset"] if "offsets" in document else [])}
-    resolution = document.get("resolution")
+    fixed, axes, resolution = document.get("fixed"), document.get("axes"), document.get("resolution")
+    question |= {f"fixed.{name}": value for name, value in fixed.items()} if isinstance(fixed, Mapping) else {}
+    names = {*axes} if isinstance(axes, Mapping) else set()
+    names |= {"offset"} if "offsets" in document else set()
     if isinstance(resolution, list):
-        axes.add("resolution")
+        names.add("resolution")
     elif resolution is not None:
         question["resolution"] = resolution
-    return {**question, "axes": ", ".join(sorted(axes))}
+    return {**question, "axes": ", ".join(sorted(names))}
 
 
-def _named(document: Mapping[str, Any], question: Mapping[str, Any], differing: list[str]) -> str:
+def _named(document: "Mapping[str, Plain]", question: "Mapping[str, Plain]", differing: list[str]) -> str:
     """A sweep by its name, and by values that differ from the other one."""
-    differences = (f"{name}: {_plain(question.get(name))}" for name in differing[:NAMED])
+    values = [(name, question.get(name, "none")) for name in differing[:NAMED]]
+    differences = (f"{name}: {value if isinstance(value, str) else shown(value)}" for name, value in values)
     return f"{document.get('name')!r} ({'; '.join(differences)})"
-
-
-def _plain(value: Any) -> str:
-    return value if isinstance(value, str) else "none" if value is None else shown(value)

@@ -27,6 +27,7 @@ from service.records.clock import DAY
 from service.records.jobs import KEPT_BY, TERMINAL, Conflict, LastAttempt, NotFound, State, Stored
 from service.settings import Settings
 from service.store import Store
+from service.store.tables import batches
 from service.workers.timings import DEFAULT, Timings
 
 log = logging.getLogger(__name__)
@@ -160,7 +161,7 @@ class GarbageCollector:
         """Whether an orphan may go now."""
         if orphan.reason in AT_ONCE:
             return True
-        if orphan.reason is Reason.TEMPORARY_IN_USE or not self._space.is_short():
+        if orphan.reason is Reason.TEMPORARY_IN_USE or self._space.lacking() <= 0:
             return not self._clock.is_paused(self._retire_seconds) and orphan.age() > self._retire_seconds
         is_temporary = orphan.reason is Reason.TEMPORARY
         return not is_temporary or orphan.age() > self._timings.temporary_file_age
@@ -192,10 +193,10 @@ class GarbageCollector:
     def _orphans(self) -> Iterator[Iterator[Orphan]]:
         """All orphans, in batches that take a moment each."""
         root = self._artifacts.root
-        for folders in _batches(_folders(root / SWEEPS, ID)):
+        for folders in batches(_folders(root / SWEEPS, ID), FOLDERS_AT_ONCE):
             yield self._of_sweeps(folders)
         for shard in _folders(root / RUNS, SHARD):
-            for folders in _batches(_folders(shard, ID)):
+            for folders in batches(_folders(shard, ID), FOLDERS_AT_ONCE):
                 yield self._of_runs(folders)
 
     def _of_sweeps(self, folders: Sequence[Path]) -> Iterator[Orphan]:
@@ -265,11 +266,6 @@ def _folders(parent: Path, name: re.Pattern[str]) -> list[Path]:
     if not parent.is_dir():
         return []
     return sorted(entry for entry in parent.iterdir() if name.fullmatch(entry.name))
-
-
-def _batches(folders: Sequence[Path]) -> Iterator[Sequence[Path]]:
-    """The folders in batches of limited size."""
-    return (folders[i : i + FOLDERS_AT_ONCE] for i in range(0, len(folders), FOLDERS_AT_ONCE))
 
 
 def forget_lost_states(store: Store, artifacts: Artifacts, sweep_id: str) -> None:

@@ -1,11 +1,9 @@
 """Attempts in flight: given to the engine, and ended without their row knowing it yet."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from service.queue.retry import CRASHES
-from service.records.jobs import Cause, Lease
+from service.records.jobs import AttemptProgress, Cause, Lease
 from service.workers.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
 
 
@@ -16,7 +14,7 @@ class AttemptsInFlight:
         self.submitted: set[str] = set()  # by us to the engine
         self.leases: dict[str, Lease] = {}  # leases of this term, by key
         self.ended: dict[str, Ending] = {}  # not yet registered
-        self.progress: dict[str, Mapping[str, Any]] = {}  # the last, not yet written
+        self.progress: dict[str, AttemptProgress] = {}  # the last, not yet written
         self.away: str | None = None  # why the engine cannot be asked
         self.is_back = False  # the engine can be asked again, and nobody has yet
 

@@ -7,10 +7,10 @@ found when rows and engine are compared.
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol
 
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
@@ -20,7 +20,6 @@ from service.queue import searching
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
-from service.queue.keepers import Kept, keepers
 from service.queue.registration import Registrar
 from service.queue.renewal import Expand, Renewer
 from service.queue.scrubbing import Scrubber
@@ -28,9 +27,10 @@ from service.queue.verification import Verification
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.settings import Settings
 from service.store import Store
-from service.workers.attempt import Attempt, Ending
+from service.workers.attempt import Attempt, Ending, Publication
 from service.workers.timings import Timings
 from solver import PHYSICS_VERSION
+from solver.registry import points
 from studies.runs.results import OTHER_PHYSICS
 
 log = logging.getLogger(__name__)
@@ -39,6 +39,16 @@ MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
 REFUSED = "the engine accepts no work; see the log"
 UNKNOWN = "unknown"  # the store may have the reason of another leader
+
+
+class Keeper(Protocol):
+    """Keeps registered files; features keep those of a bucket, by the entry points ``whipple.service.queue.keepers``.
+
+    It is made of settings, store, artifacts, clock watch and scrubber.
+    """
+
+    def step(self) -> None:
+        """Do a bounded part of the work, or begin to; called at some ticks."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +71,11 @@ class Leader:
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
         clock = ClockWatch(settings, store)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
-        self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._keepers = keepers(Kept(settings, store, self._artifacts, self._space, clock, self._scrubber))
+        scrubber = Scrubber(settings, store, self._artifacts, timings)
+        self._keepers: list[Keeper] = [scrubber]  # one of a bucket lets the scrubber take its steps
+        if self._artifacts.bucket is not None:
+            keepers = [point.load() for point in points("service.queue.keepers")]
+            self._keepers = [keeper(settings, store, self._artifacts, clock, scrubber) for keeper in keepers]
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()
@@ -114,7 +127,7 @@ class Leader:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
                 if is_due:
                     self._collector.step()
-                    for keeper in self._keepers or [self._scrubber]:
+                    for keeper in self._keepers:
                         keeper.step()
         finally:
             self._store_blocked_reason()
@@ -322,7 +335,7 @@ class Leader:
             key=lease.key,
             kind=lease.kind,
             directory=str(directory),
-            spec=lease.spec if is_run else self._publication(lease),
+            spec=lease.spec or self._publication(lease),
             seconds_limit=self._settings.run_seconds_limit,
             targets=self._settings.targets_module,
             run=lease.id if is_run else None,
@@ -333,13 +346,14 @@ class Leader:
             stall_seconds=self._settings.stall_seconds,
         )
 
-    def _publication(self, lease: Lease) -> Mapping[str, Any]:
+    def _publication(self, lease: Lease) -> Publication:
         """The sweep document and the outcomes of its runs, from which cube and report are made."""
         assert lease.sweep_id is not None
-        document, outcomes = self._store.publications.inputs(lease.sweep_id)
-        root = self._artifacts.root
-        ended = [outcome.as_json(root) for outcome in outcomes]
-        publication: dict[str, Any] = {"document": document, "outcomes": ended}
+        document, runs = self._store.publications.inputs(lease.sweep_id)
+        publication: Publication = {
+            "document": document,
+            "outcomes": [run.as_json(self._artifacts.root) for run in runs],
+        }
         renewals = self._store.renewals
         if renewals.physics_of(lease.sweep_id) != PHYSICS_VERSION:  # this version gives its runs other ids
             publication["places"] = renewals.coordinates(lease.sweep_id)

@@ -72,7 +72,11 @@ class Registrar:
         cause, decision = ending.cause, retry.decide(lease, ending.cause, ending.checkpoint)
         if decision.again:
             state = self._store.leases.requeue(lease, cause, reason=ending.reason, crashes=decision.crashes)
-            self._delay(lease, ending, state)
+            if cause is not Cause.LOST or state is not State.QUEUED:  # one that was stopped on request was not lost
+                self.backoff.clear(lease)
+            elif seconds := self.backoff.lose(lease, ending.checkpoint):
+                message = "%s was lost again; the next attempt starts in %.0f s"
+                log.warning(message, lease.key, seconds, extra=about(lease))
             return state is not None
         self.backoff.clear(lease)
         written = self._artifacts.attempt_directory(lease) / LOG
@@ -98,13 +102,3 @@ class Registrar:
             return self._store.leases.requeue(lease, Cause.LOST, reason=str(error)) is not None
         self.blocking.pop(lease.id, None)
         return counts
-
-    def _delay(self, lease: Lease, ending: Ending, state: State | None) -> None:
-        """Delay a job that was lost again and again; one that was stopped on request was not lost."""
-        if ending.cause is not Cause.LOST or state is not State.QUEUED:
-            self.backoff.clear(lease)
-            return
-        seconds = self.backoff.lose(lease, ending.checkpoint)
-        if seconds:
-            message = "%s was lost again; the next attempt starts in %.0f s"
-            log.warning(message, lease.key, seconds, extra=about(lease))

@@ -8,7 +8,7 @@ gets its new points in one transaction; so a kill at any time leaves it as it wa
 import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING
 
 from service.records.expansion import ExpandedSweep
 from service.store import Store
@@ -16,9 +16,12 @@ from solver import PHYSICS_VERSION
 from solver.errors import WhippleError
 from studies.quantities.findings import InvalidInput
 
+if TYPE_CHECKING:
+    from studies.quantities.parameters import Plain
+
 log = logging.getLogger(__name__)
 
-Expand = Callable[[Mapping[str, Any]], ExpandedSweep]  # raises InvalidInput for a document that it refuses
+Expand = Callable[["Mapping[str, Plain]"], ExpandedSweep]  # raises InvalidInput for a document that it refuses
 
 MOST_TRIES = 3  # to expand a sweep, until it fails
 REASON = f"accepted sweeps of an older physics are expanded anew, for physics {PHYSICS_VERSION}"
@@ -68,7 +71,7 @@ class Renewer:
         """Begin nothing more."""
         self._thread.shutdown(wait=False, cancel_futures=True)
 
-    def _write(self, id: str, expanded: "Future[ExpandedSweep]") -> None:
+    def _write(self, id: str, expanded: Future[ExpandedSweep]) -> None:
         """Write the outcome of an expansion; an error that is not of the document is tried again."""
         self._tries[id] = self._tries.get(id, 0) + 1
         error = expanded.exception()

@@ -6,18 +6,18 @@ of the attempt, so such errors are retried for a while before they count.
 """
 
 import errno
+import json
 import logging
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from service.files.artifacts import FOR_PUBLICATIONS, LOG, Artifacts, describe
 from service.files.lost_results import Loss, ResultsLost, list_in
 from service.files.stores import FilesAway
-from service.records.jobs import Cause, Kind, Lease, Result, Stored
+from service.records.jobs import Cause, Kind, Lease, MeasurementSummary, Result, Stored, Summary
 from service.workers.attempt import Ending, legible
 from service.workers.supervisor import BROKEN_MOUNT
 from service.workers.timings import Timings
@@ -25,6 +25,7 @@ from solver.errors import WhippleError
 from studies.convergence.experience import MeshError, without_mesh_error
 from studies.quantities.files import RESULT
 from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
 
 log = logging.getLogger(__name__)
 
@@ -187,17 +188,14 @@ class Verification:
         answer_file = next((file for file in files if file.name == RESULT), None)
         if answer_file is None:
             raise ValueError(f"there is no {RESULT}")
-        answer = self._artifacts.read_json(answer_file)
-        reason, failure = (
-            None if text is None else legible(str(text)) for text in (answer["reason"], answer["failure"])
-        )
+        answer = RunResult.from_json(json.loads(self._artifacts.path(answer_file).read_bytes()))
         return Result(
             files=files,
-            succeeded=answer["state"] == "succeeded",
-            reason=reason,
-            failure=failure,
+            succeeded=answer.state == "succeeded",
+            reason=None if answer.reason is None else legible(answer.reason),
+            failure=None if answer.failure is None else legible(answer.failure),
             summary=summary_of(answer),
-            seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
+            seconds=seconds or float(answer.provenance.get("seconds", 0.0)),
         )
 
     def _log_of_a_run(self, lease: Lease) -> tuple[Stored, ...]:
@@ -217,19 +215,19 @@ class Verification:
         return replace(file, path=self._artifacts.relative(Path(file.path)))
 
 
-def summary_of(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """The part of a result (``RunResult.as_json``) that rows store: all fields except histories.
+def summary_of(result: RunResult) -> Summary:
+    """The part of a result that rows store: all fields except histories.
 
     The values are without their mesh errors where the result has these, and the raw reading stands beside.
     """
-    measured = {name: _summarized(measurement) for name, measurement in answer["measurements"].items()}
-    more = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
-    return {"measurements": measured, **more}
+    measured = {name: _summarized(measurement) for name, measurement in result.measurements.items()}
+    return {"measurements": measured, "flags": result.flags, "numbers": result.numbers, "stop": result.stop}
 
 
-def _summarized(measurement: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {word: measurement[word] for word in ("value", "uncertainty", "flags", "version") if word in measurement}
-    if not measurement.get("mesh_error"):
-        return kept
-    known = without_mesh_error(Measured(**measurement), MeshError(**measurement["mesh_error"]))
-    return {**kept, "value": known.value, "uncertainty": known.uncertainty, "flags": known.flags, "raw": kept["value"]}
+def _summarized(reading: Measured) -> MeasurementSummary:
+    known, raw = reading, MeasurementSummary()
+    if error := reading.mesh_error:
+        known = without_mesh_error(reading, MeshError(error["bias"], error["scale"], bool(error.get("independent"))))
+        raw = {"raw": reading.value}
+    bar, flags = known.uncertainty, known.flags
+    return {"value": known.value, "uncertainty": bar, "flags": flags, "version": known.version, **raw}

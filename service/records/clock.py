@@ -58,7 +58,7 @@ class ClockHistory:
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> Self:
         """The history that ``as_json`` wrote."""
-        segments = tuple(Segment(*each) for each in plain["segments"])
+        segments = tuple(Segment(*segment) for segment in plain["segments"])
         return cls(**{**plain, "reading": ClockReading(*plain["reading"]), "segments": segments})
 
     def as_json(self) -> dict[str, Any]:
@@ -78,7 +78,7 @@ class ClockHistory:
         if passed < -TOLERANCE:
             return now._jumped(passed)
         # A clock that was set back may have been set right meanwhile.
-        behind = max(each.offset for each in self.segments) - self.segments[-1].offset
+        behind = max(segment.offset for segment in self.segments) - self.segments[-1].offset
         return now._jumped(min(passed, behind)) if min(passed, behind) > TOLERANCE else now
 
     def trusted(self) -> Self:
@@ -91,7 +91,7 @@ class ClockHistory:
 
     def why_paused(self, limit: float) -> str | None:
         """The reason why nothing is deleted for being older than ``limit`` seconds; None: it is deleted."""
-        offsets = [each.offset for each in self._within(limit)]
+        offsets = [segment.offset for segment in self._within(limit)]
         ahead, behind = offsets[-1] - min(offsets), offsets[0] - offsets[-1]
         if max(ahead, behind) > TOLERANCE:
             way = "forward" if ahead > TOLERANCE else "back"
@@ -123,9 +123,10 @@ class ClockHistory:
 
     def _within(self, limit: float) -> tuple[Segment, ...]:
         """The segments of the last ``limit`` seconds of running; the last one always."""
-        ends = (*(each.begin for each in self.segments[1:]), self.observed)
+        ends = (*(segment.begin for segment in self.segments[1:]), self.observed)
         begin = self.observed - limit
-        return tuple(each for each, end in zip(self.segments, ends, strict=True) if end > begin) or self.segments[-1:]
+        lately = (segment for segment, end in zip(self.segments, ends, strict=True) if end > begin)
+        return tuple(lately) or self.segments[-1:]
 
     def _jumped(self, seconds: float) -> Self:
         """The history with a new segment."""

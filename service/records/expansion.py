@@ -4,9 +4,12 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from pydantic import JsonValue
+
+    from studies.quantities.parameters import Plain
     from studies.runs.run import Run
     from studies.sweeps.sweep import Point, Sweep
 
@@ -37,7 +40,7 @@ class ExpandedSweep:
     name: str
     title: str
     scenario: str
-    document: Mapping[str, Any]  # canonical
+    document: "Mapping[str, JsonValue]"  # canonical
     points: tuple[ExpandedPoint, ...]
     memory: int = 0  # bytes that its largest run needs, estimated
     bytes: int = 0  # of the files of all runs, estimated
@@ -46,11 +49,18 @@ class ExpandedSweep:
     @property
     def digest(self) -> str:
         """Digest of the document and of the runs: the same document for the same physics."""
-        text = json.dumps([self.document, [each.run_id for each in self.points]], sort_keys=True)
+        text = json.dumps([self.document, [point.run_id for point in self.points]], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
+def core_seconds(run: "Run") -> float:
+    """The estimated cost of a run, by modules that the API process need not load."""
+    from studies.runs.run import estimate
+
+    return estimate(run).core_seconds
+
+
+def expand(sweep: "Sweep", cost: Callable[["Run"], float] = core_seconds) -> ExpandedSweep:
     """A sweep with all its runs; ``cost`` gives core seconds. Raises InvalidInput naming the refused points."""
     return ExpandedSweep(
         name=sweep.name,
@@ -61,16 +71,17 @@ def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
     )
 
 
-def expand_again(document: Mapping[str, Any]) -> ExpandedSweep:
+def expand_again(document: "Mapping[str, Plain]") -> ExpandedSweep:
     """An accepted sweep with its runs of this version, under the limits of its time; raises InvalidInput."""
-    from studies.runs.run import estimate
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    return expand(Sweep.parse(document, ACCEPTED), lambda run: estimate(run).core_seconds)
+    return expand(Sweep.parse(document, ACCEPTED))
 
 
-def expanded_points(points: "Iterable[Point]", cost: Callable[["Run"], float]) -> Iterator[ExpandedPoint]:
+def expanded_points(
+    points: "Iterable[Point]", cost: Callable[["Run"], float] = core_seconds
+) -> Iterator[ExpandedPoint]:
     """Each point as the store writes it."""
     seen: set[str] = set()
     texts: dict[str, str] = {}

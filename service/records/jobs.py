@@ -17,13 +17,12 @@ result may be queued again, for a file that was not kept, or a verdict on reques
 until it is replaced, and the run goes back to it if the new attempt fails.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypedDict, TypeVar
 
 from solver.errors import WhippleError
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
@@ -31,6 +30,7 @@ from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
     from studies.quantities.findings import Finding
+    from studies.runs.run import RunSpec
     from studies.sweeps.sweep import Sweep
 
 Item = TypeVar("Item")
@@ -347,11 +347,20 @@ class PublishedRun:
     path: str | None  # result.json, if there is a result (a verdict has one too)
     sha256: str | None
 
-    def as_json(self, root: Path) -> dict[str, Any]:
+    def as_json(self, root: Path) -> "Outcome":
         """The record for a child process; the path is absolute, and None while the run is queued again."""
-        has_result = self.path is not None and self.state in (State.SUCCEEDED, State.FAILED)
-        path = str(root / self.path) if has_result and self.path else None
-        return {**asdict(self), "path": path}
+        path = str(root / self.path) if self.path and self.state in (State.SUCCEEDED, State.FAILED) else None
+        return {"run_id": self.run_id, "state": self.state, "reason": self.reason, "path": path, "sha256": self.sha256}
+
+
+class Outcome(TypedDict):
+    """A run of a sweep as a process gets it that makes files of it."""
+
+    run_id: str
+    state: str
+    reason: str | None
+    path: str | None  # absolute, of its result; None: there is none
+    sha256: str | None
 
 
 @dataclass(frozen=True)
@@ -387,6 +396,25 @@ class Scrub:
     whole: Sequence[float] = ()  # of the last pass that ended: when, its files, and the damaged ones
 
 
+class MeasurementSummary(TypedDict, total=False):
+    """What the row of a run keeps of a measurement."""
+
+    value: float | None  # without its mesh error, where that is known
+    uncertainty: float | None
+    flags: Sequence[str]
+    version: int  # of the definition
+    raw: float | None  # as it was read, where ``value`` is without its mesh error
+
+
+class Summary(TypedDict, total=False):
+    """What the row of a run keeps of its result."""
+
+    measurements: Mapping[str, MeasurementSummary]
+    flags: Sequence[str]
+    numbers: Mapping[str, float | None]
+    stop: str | None
+
+
 @dataclass(frozen=True)
 class MeasuredRun:
     """A run with its measurements, and the final state that they can be read off again."""
@@ -394,7 +422,7 @@ class MeasuredRun:
     id: str
     scenario: str
     state: State
-    summary: Mapping[str, Any] | None  # as in RunRow
+    summary: Summary | None
     kept: Stored | None  # STATE
 
 
@@ -424,13 +452,26 @@ class Lease:
     priority: int
     keep: Keep
     state: State  # running, or cancelling after a request to stop it
-    spec: Mapping[str, Any]  # a run as JSON
+    spec: "RunSpec | None"  # of a run
     sweep_id: str | None  # of a publication
 
     @property
     def key(self) -> str:
         """Name of the attempt for the engine; an adopted attempt keeps it."""
         return f"{self.id}-{self.attempt}-{self.token}"
+
+
+class AttemptProgress(TypedDict, total=False):
+    """How far an attempt is: what ``studies.runs.results.Progress`` says, and more."""
+
+    time: float
+    end_time: float
+    step: int
+    fraction: float
+    eta_seconds: float | None
+    measured: Mapping[str, float | None]
+    seconds: float  # wall clock
+    checkpoint: int  # step of the last one
 
 
 @dataclass(frozen=True)
@@ -458,7 +499,7 @@ class Result:
     succeeded: bool  # False: the solver's verdict
     reason: str | None
     failure: str | None
-    summary: Mapping[str, Any]
+    summary: Summary
     seconds: float
 
     @property
@@ -488,10 +529,7 @@ class QueueRow(QueueHead):
     @property
     def states(self) -> Mapping[State, int]:
         """Jobs in each state, publications included."""
-        counts = Counter[State]()
-        for (_kind, state), jobs in self.jobs.items():
-            counts[state] += jobs
-        return counts
+        return {state: sum(self.jobs.get((kind, state), 0) for kind in Kind) for state in State}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ moves from state to state. One text serves SQLite and PostgreSQL. Records that g
 
 from collections.abc import Callable
 from contextlib import closing
-from pathlib import Path
 
 import sqlalchemy as sa
 
@@ -55,7 +54,6 @@ class Store:
         """
         database = Database(url)
         try:
-            database.check_origin()
             if migrate:
                 database.migrate()
             else:
@@ -69,14 +67,12 @@ class Store:
     def revision(url: str) -> str | None:
         """The revision of a store's tables, None for an empty database; raises StoreUnavailable."""
         with closing(Database(url)) as database:
-            database.check_origin()
             return database.revision()
 
     @staticmethod
     def check_origin(url: str) -> None:
         """Raise StoreUnavailable for an SQLite file that another version made; to be called before it is locked."""
-        with closing(Database(url)) as database:
-            database.check_origin()
+        Database(url).close()
 
     def close(self) -> None:
         self.database.close()
@@ -88,10 +84,6 @@ class Store:
         """
         self.database.listeners.append(listener)
 
-    def copy_to(self, file: Path) -> None:
-        """Copy a store on SQLite, as it is at one moment, to a new file."""
-        self.database.copy_to(file)
-
     def ping(self) -> None:
         """Ask for the right to write, and write nothing; raises StoreUnavailable."""
         with self.database.writing() as connection:
@@ -99,8 +91,7 @@ class Store:
 
     def data_id(self) -> str | None:
         """Id that the database shares with its data directory; None before its first use."""
-        with self.database.reading() as connection:
-            return connection.execute(sa.select(CONTROL.c.data_id)).scalar_one()
+        return self.database.value(sa.select(CONTROL.c.data_id))
 
     def choose_data_id(self, choose: Callable[[str | None], str | None]) -> str | None:
         """Replace the id by what ``choose`` makes of it, while no other service can; return the new one."""

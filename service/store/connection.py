@@ -14,17 +14,25 @@ import json
 import sqlite3
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 import sqlalchemy as sa
 
 from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.store import owned_bytes
 from service.store.open_file import DatabaseFileLost, OpenFile
-from service.store.tables import CONTROL, REVISION, REVISIONS, TABLES
+from service.store.tables import CONTROL, REVISION, REVISIONS, TABLES, Query, StatementRow, one_row
+
+if TYPE_CHECKING:
+    from alembic.config import Config  # alembic takes 0.3 s, which the usual start need not wait for
+    from sqlalchemy.pool import ConnectionPoolEntry
+
+    from studies.quantities.parameters import Plain
+
+Value = TypeVar("Value")
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
@@ -36,16 +44,10 @@ class JsonText(str):
     __slots__ = ()
 
 
-def _as_json(value: Any) -> str:
+def _as_json(value: "Plain | JsonText") -> str:
     return value if isinstance(value, JsonText) else json.dumps(value)
 
 
-CONNECTIONS: dict[str, Any] = {
-    "json_serializer": _as_json,
-    "pool_size": 10,
-    "max_overflow": 20,
-    "pool_timeout": BUSY_MILLISECONDS / 1000,
-}
 # With the 2 MiB of SQLite's own, a writer of 10 000 rows reads its unfinished work back from the file:
 # 1.2 s instead of 0.06 s for an update of them (2026-11).
 CACHE_KIBIBYTES = 32 * 1024
@@ -69,7 +71,10 @@ POSTGRESQL = {
 
 
 class Database:
-    """A database; every use of it is one short transaction."""
+    """A database; every use of it is one short transaction.
+
+    Raises StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision.
+    """
 
     def __init__(self, url: str, migrations: str = "service:migrations", revision: str = REVISION):
         self.url = sa.make_url(url)
@@ -80,15 +85,25 @@ class Database:
         self._file: OpenFile | None = None
         is_file = self.is_sqlite and self.url.database not in (None, "", ":memory:")
         self._path = Path(str(self.url.database)) if is_file else None
+        present = None if self._path is None else _revision_of(self._path)
+        if present not in (None, revision) and present not in self._revisions():
+            raise self._refusal(present)
+        self._engine = sa.create_engine(
+            self.url,
+            json_serializer=_as_json,
+            pool_size=10,
+            max_overflow=20,
+            pool_timeout=BUSY_MILLISECONDS / 1000,
+            pool_pre_ping=not self.is_sqlite,
+            connect_args={} if self.is_sqlite else limits_of_postgresql(),
+        )
         if self.is_sqlite:
-            self._engine = sa.create_engine(self.url, **CONNECTIONS)
             self._readers = self._engine.execution_options(writes=False)
             if self._path is not None:
                 self._file = _watched(self._engine, OpenFile(self._path))
             sa.event.listen(self._engine, "connect", _prepare_sqlite)
             sa.event.listen(self._engine, "begin", _begin_sqlite)
         else:
-            self._engine = connect_postgresql(self.url, pool_pre_ping=True, **CONNECTIONS)
             self._readers = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
 
     @property
@@ -101,6 +116,21 @@ class Database:
         self._check_file()
         with _transaction(self._readers) as connection:
             yield connection
+
+    def rows(self, query: Query) -> Sequence[StatementRow]:
+        """All rows of a query, in a read transaction of its own."""
+        with self.reading() as connection:
+            return connection.execute(query).all()
+
+    def row(self, query: Query, kind: str, id: str) -> StatementRow:
+        """The single row of a query, in a read transaction of its own; raises NotFound."""
+        with self.reading() as connection:
+            return one_row(connection, query, kind, id)
+
+    def value(self, query: sa.Select[Value]) -> Value:
+        """The only value of a query, in a read transaction of its own."""
+        with self.reading() as connection:
+            return connection.execute(query).scalar_one()
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
@@ -145,7 +175,7 @@ class Database:
                 connection.execute(CONTROL.insert().values(cache_generation=0, forgettable=0))
                 connection.execute(REVISIONS.insert().values(version_num=self._newest))
             elif present in self._revisions():
-                from alembic import command  # 0.3 s, which the usual start need not wait for
+                from alembic import command
 
                 migrations = self._alembic()
                 migrations.attributes["connection"] = connection
@@ -153,12 +183,6 @@ class Database:
             else:
                 raise self._refusal(present)
             owned_bytes.install(connection)
-
-    def check_origin(self) -> None:
-        """Raise StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision."""
-        present = None if self._path is None else _revision_of(self._path)
-        if present not in (None, self._newest) and present not in self._revisions():
-            raise self._refusal(present)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
@@ -186,7 +210,7 @@ class Database:
         cure = "keep it with its data directory, and start with a new data directory and database"
         return StoreUnavailable(f"{problem}; nothing was changed: {cure}; whipple.open_cube still reads its cubes")
 
-    def _alembic(self) -> Any:
+    def _alembic(self) -> "Config":
         from alembic import config
 
         migrations = config.Config()
@@ -234,7 +258,7 @@ class Database:
 def _watched(engine: sa.Engine, file: OpenFile) -> OpenFile:
     """Let each connection of an engine be noted, and refused if it is to another file."""
 
-    def add(connection: Any, _record: Any) -> None:
+    def add(connection: sqlite3.Connection, _record: "ConnectionPoolEntry") -> None:
         try:
             file.add_connection()
         except DatabaseFileLost:
@@ -257,21 +281,20 @@ def _make_private(database: Path) -> None:
             Path(f"{database}{end}").chmod(PRIVATE)
 
 
-def connect_postgresql(url: sa.URL, *, idle_session_timeout: str = "0", **options: Any) -> sa.Engine:
-    """An engine whose connections have a time limit for every wait.
+def limits_of_postgresql(idle_session_timeout: str = "0") -> dict[str, str | int]:
+    """Arguments of the driver that give every wait of a connection a time limit.
 
-    The server ends those that are idle for longer than ``idle_session_timeout``; 0: never.
+    The server ends connections that are idle for longer than ``idle_session_timeout``; 0: never.
     """
     settings = POSTGRESQL | {"lock_timeout": str(BUSY_MILLISECONDS), "idle_session_timeout": idle_session_timeout}
-    server_options = " ".join(f"-c {name}={value}" for name, value in settings.items())
-    of_client = {
+    return {
+        "options": " ".join(f"-c {name}={value}" for name, value in settings.items()),
         "connect_timeout": 10,
         "keepalives_idle": 5,
         "keepalives_interval": 2,
         "keepalives_count": 3,
         "tcp_user_timeout": BUSY_MILLISECONDS,
     }
-    return sa.create_engine(url, connect_args={"options": server_options, **of_client}, **options)
 
 
 @contextmanager
@@ -311,14 +334,17 @@ def _revision_of(file: Path) -> str | None:
     return None
 
 
-def _prepare_sqlite(connection: Any, _record: Any) -> None:
+def _prepare_sqlite(connection: sqlite3.Connection, _record: "ConnectionPoolEntry") -> None:
     connection.isolation_level = None  # ``_begin_sqlite`` begins: the driver would do so too late
-    connection.execute(f"PRAGMA busy_timeout={BUSY_MILLISECONDS}")
-    connection.execute("PRAGMA journal_mode=WAL")
-    connection.execute("PRAGMA synchronous=FULL")
-    connection.execute("PRAGMA foreign_keys=ON")
-    connection.execute(f"PRAGMA cache_size=-{CACHE_KIBIBYTES}")
-    connection.execute(f"PRAGMA soft_heap_limit={MOST_CACHED}")
+    for name, value in (
+        ("busy_timeout", BUSY_MILLISECONDS),
+        ("journal_mode", "WAL"),
+        ("synchronous", "FULL"),
+        ("foreign_keys", "ON"),
+        ("cache_size", -CACHE_KIBIBYTES),
+        ("soft_heap_limit", MOST_CACHED),
+    ):
+        connection.execute(f"PRAGMA {name}={value}")
 
 
 def _begin_sqlite(connection: sa.Connection) -> None:

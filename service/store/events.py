@@ -3,13 +3,16 @@
 import logging
 from dataclasses import asdict
 from datetime import datetime
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
 from service.records.jobs import AuditEntry, Event, Lease
 from service.store.connection import Database
 from service.store.tables import AUDIT, EVENTS, runs_of
+
+if TYPE_CHECKING:
+    from studies.quantities.parameters import Plain
 
 log = logging.getLogger(__name__)
 
@@ -35,15 +38,11 @@ class Events:
 
     def last(self) -> int:
         """Number of the youngest event; 0: nothing has happened yet."""
-        query = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0))
-        with self._database.reading() as connection:
-            return connection.execute(query).scalar_one()
+        return self._database.value(sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)))
 
     def _page(self, which: sa.ColumnElement[bool], after: int, limit: int) -> tuple[Event, ...]:
-        query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
-        with self._database.reading() as connection:
-            rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
-            return tuple(Event(*row) for row in rows)
+        query = sa.select(EVENTS).where(EVENTS.c.number > after, which).order_by(EVENTS.c.number).limit(limit)
+        return tuple(Event(*row) for row in self._database.rows(query))
 
 
 class AuditTrail:
@@ -67,8 +66,7 @@ class AuditTrail:
         asked = {name: value for name, value in exactly.items() if value is not None}
         columns = [AUDIT.c[name] for name in AuditEntry.__dataclass_fields__]
         query = sa.select(*columns).where(AUDIT.c.time >= since).filter_by(**asked).order_by(AUDIT.c.number)
-        with self._database.reading() as connection:
-            return tuple(AuditEntry(*row) for row in connection.execute(query))
+        return tuple(AuditEntry(*row) for row in self._database.rows(query))
 
 
 def log_event(
@@ -78,22 +76,17 @@ def log_event(
     *,
     sweep_id: str | None = None,
     job_id: str | None = None,
-    **body: Any,
+    **body: "Plain",
 ) -> None:
     """Append an event, in the transaction that makes it true."""
     connection.execute(EVENTS.insert().values(time=moment, kind=kind, sweep_id=sweep_id, job_id=job_id, body=body))
 
 
-def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: Any) -> None:
+def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: "Plain") -> None:
     """Append an event of each of these attempts."""
+    same = {"time": moment, "kind": kind}
     rows = [
-        {
-            "time": moment,
-            "kind": kind,
-            "sweep_id": lease.sweep_id,
-            "job_id": lease.id,
-            "body": {"attempt": lease.attempt, **body},
-        }
+        {**same, "sweep_id": lease.sweep_id, "job_id": lease.id, "body": {"attempt": lease.attempt, **body}}
         for lease in leases
     ]
     connection.execute(EVENTS.insert(), rows)

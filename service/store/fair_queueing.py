@@ -11,7 +11,6 @@ run that changes its queue keeps its distance from the virtual time of the queue
 
 import heapq
 from collections import deque
-from typing import Any
 
 import sqlalchemy as sa
 
@@ -47,7 +46,7 @@ _STAYS = _WAITING.where(SWEEPS.c.priority == PRIORITY, SWEEPS.c.owner == JOBS.c.
 OWNER = sa.case((_STAYS, JOBS.c.owner), else_=_FIRST.with_only_columns(SWEEPS.c.owner).scalar_subquery())
 
 
-def _time_of(priority: sa.ColumnElement[Any], owner: sa.ColumnElement[Any]) -> sa.ColumnElement[float]:
+def _time_of(priority: sa.ColumnElement[int], owner: sa.ColumnElement[str]) -> sa.ColumnElement[float]:
     """Virtual time of a queue."""
     time = sa.select(SHARES.c.virtual_time).where(SHARES.c.priority == priority, SHARES.c.owner == owner)
     return sa.func.coalesce(time.correlate(JOBS).scalar_subquery(), 0.0)

@@ -14,9 +14,9 @@ from threading import Lock, Thread
 
 import sqlalchemy as sa
 
-from service.records.jobs import Conflict, KeyRow, NotFound, Scope, StoreUnavailable
+from service.records.jobs import Conflict, KeyRow, Scope, StoreUnavailable
 from service.store.connection import Database
-from service.store.tables import KEYS, SESSIONS, StatementRow, now, one_row
+from service.store.tables import KEYS, SESSIONS, StatementRow, now
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
@@ -64,8 +64,7 @@ class Keys:
             return None
         digest, moment = _digest(secret), now()
         query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment) != ended)
-        with self._database.reading() as connection:
-            rows = connection.execute(query).all()
+        rows = self._database.rows(query)
         matching = [_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
         if not matching:
             return None
@@ -87,9 +86,8 @@ class Keys:
         """The usable key with which a session was begun; None for a session that has ended."""
         moment = now()
         query = sa.select(KEYS).join_from(KEYS, SESSIONS).where(SESSIONS.c.sha256 == _digest(secret))
-        with self._database.reading() as connection:
-            row = connection.execute(query.where(SESSIONS.c.expires > moment, _is_usable(moment))).first()
-        return None if row is None else _record(row)
+        rows = self._database.rows(query.where(SESSIONS.c.expires > moment, _is_usable(moment)))
+        return _record(rows[0]) if rows else None
 
     def end_session(self, secret: str) -> None:
         """End a session, if it lasts."""
@@ -98,42 +96,34 @@ class Keys:
 
     def any_usable(self) -> bool:
         """Whether there is a key that can be used now."""
-        query = sa.select(sa.exists(sa.select(KEYS.c.id).where(_is_usable(now()))))
-        with self._database.reading() as connection:
-            return bool(connection.execute(query).scalar())
+        return self._database.value(sa.select(sa.exists().where(_is_usable(now()))))
 
     def all(self) -> tuple[KeyRow, ...]:
         """All keys, expired and revoked ones too, oldest first."""
-        query = sa.select(KEYS).order_by(KEYS.c.created, KEYS.c.id)
-        with self._database.reading() as connection:
-            return tuple(_record(row) for row in connection.execute(query))
+        return tuple(map(_record, self._database.rows(sa.select(KEYS).order_by(KEYS.c.created, KEYS.c.id))))
 
     def revoke(self, id: str) -> KeyRow:
         """Make a key useless from now on; raises NotFound."""
-        query = sa.select(KEYS).where(KEYS.c.id == id)
-        with self._database.reading() as connection:
-            key = _record(one_row(connection, query, "key", id))
+        key = _record(self._database.row(sa.select(KEYS).where(KEYS.c.id == id), "key", id))
         return key if key.revoked is not None else self._set(id, revoked=now())
 
     def _note_use(self, id: str, moment: datetime) -> None:
         """Note a use in a thread, one at a time: a request does not wait for other writers."""
-        if self._noting.acquire(blocking=False):
-            Thread(target=self._write_use, args=(id, moment), name="key use", daemon=True).start()
 
-    def _write_use(self, id: str, moment: datetime) -> None:
-        try:
-            with suppress(StoreUnavailable):  # the next use is noted again
-                self._set(id, used=moment)
-        finally:
-            self._noting.release()
+        def write() -> None:
+            try:
+                with suppress(StoreUnavailable):  # the next use is noted again
+                    self._set(id, used=moment)
+            finally:
+                self._noting.release()
+
+        if self._noting.acquire(blocking=False):
+            Thread(target=write, name="key use", daemon=True).start()
 
     def _set(self, id: str, **values: datetime) -> KeyRow:
         update = KEYS.update().where(KEYS.c.id == id).values(values).returning(KEYS)
         with self._database.writing() as connection:
-            row = connection.execute(update).first()
-        if row is None:
-            raise NotFound("key", id)
-        return _record(row)
+            return _record(connection.execute(update).one())  # keys are never deleted
 
 
 def _record(row: StatementRow) -> KeyRow:

@@ -8,12 +8,11 @@ its network cut. A leader learns of the loss from ``holds``; its writes until th
 """
 
 import threading
-from typing import Any
 
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
-from service.store.connection import Database, connect_postgresql
+from service.store.connection import Database, limits_of_postgresql
 from service.store.tables import TERMS, now
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
@@ -35,9 +34,10 @@ class Leadership:
         """Whether the right is still there; a query of the server."""
         if self._connection is None:
             return True
+        own = _held("pid").where(sa.literal_column("activity.pid") == sa.func.pg_backend_pid())
         try:
             with self._mutex:
-                return self._connection.execute(_is_own()).scalar() is not None
+                return self._connection.execute(own).scalar() is not None
         except sa.exc.SQLAlchemyError:
             return False
 
@@ -64,11 +64,9 @@ class Terms:
         """Become the service that works through the queue; None: another one is. Raises StoreUnavailable."""
         if self._database.is_sqlite:
             return Leadership()
-        engine = connect_postgresql(
-            self._database.url,
-            idle_session_timeout=f"{IDLE_SECONDS:g}s",
-            poolclass=sa.NullPool,
-            isolation_level="AUTOCOMMIT",
+        limits = limits_of_postgresql(idle_session_timeout=f"{IDLE_SECONDS:g}s")
+        engine = sa.create_engine(
+            self._database.url, poolclass=sa.NullPool, isolation_level="AUTOCOMMIT", connect_args=limits
         )
         try:
             connection = engine.connect()
@@ -89,23 +87,17 @@ class Terms:
 
     def latest(self) -> int:
         """Number of the latest term that has begun."""
-        with self._database.reading() as connection:
-            return connection.execute(sa.select(sa.func.max(TERMS.c.term))).scalar_one()
+        return self._database.value(sa.select(sa.func.max(TERMS.c.term)))
 
 
-def leader(database: Database) -> sa.Select[Any]:
+def leader(database: Database) -> sa.Select[str]:
     """A query of the owner of the present term; on SQLite, of the last one."""
     if not database.is_sqlite:
         return _held("application_name")
     return sa.select(TERMS.c.owner).order_by(TERMS.c.term.desc()).limit(1)
 
 
-def _is_own() -> sa.Select[Any]:
-    own = sa.literal_column("activity.pid") == sa.func.pg_backend_pid()
-    return _held("pid").where(own)
-
-
-def _held(column: str) -> sa.Select[Any]:
+def _held(column: str) -> sa.Select[str]:
     """A column of the session that holds the lock of this database."""
     sessions = sa.text(
         "pg_locks AS lock JOIN pg_stat_activity AS activity ON activity.pid = lock.pid "

@@ -7,11 +7,11 @@ that is no longer the last one of its job has no effect (False, or None).
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import RUN_SECONDS, Cause, CrashCount, Keep, Lease, Result, State, Stored
+from service.records.jobs import RUN_SECONDS, AttemptProgress, Cause, CrashCount, Keep, Lease, Result, State, Stored
 from service.store import transitions
 from service.store.connection import Database
 from service.store.events import log_attempts
@@ -24,13 +24,13 @@ from service.store.tables import (
     IS_QUEUED,
     IS_UNDER_WAY,
     JOBS,
-    POINTS,
     PUBLISH_PRIORITY,
     RESULTS,
     TERMS,
     StatementRow,
     insert_into,
     now,
+    sweeps_waiting_for,
 )
 
 
@@ -80,13 +80,10 @@ class Leases:
 
     def held(self) -> tuple[Lease, ...]:
         """Every job that is running or being stopped, whatever the term of its lease."""
-        with self._database.reading() as connection:
-            rows = connection.execute(sa.select(*transitions.LEASE_COLUMNS).where(IS_UNDER_WAY))
-            return tuple(_running(transitions.lease_record(row)) for row in rows)
+        rows = self._database.rows(sa.select(*transitions.LEASE_COLUMNS).where(IS_UNDER_WAY))
+        return tuple(_running(transitions.lease_record(row)) for row in rows)
 
-    # --- progress --------------------------------------------------------------------------------
-
-    def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+    def record_progress(self, news: Sequence[tuple[Lease, AttemptProgress]]) -> None:
         """Note the last message about each of these attempts, and the step of its last checkpoint."""
         with self._database.writing() as connection:
             transitions.note_progress(connection, news)
@@ -176,8 +173,7 @@ class Leases:
 
 def _is_of(lease: Lease) -> sa.ColumnElement[bool]:
     """The publication is of a sweep that the leased run counts for."""
-    using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id, ~POINTS.c.detached)
-    return JOBS.c.sweep_id.in_(using)
+    return JOBS.c.sweep_id.in_(sweeps_waiting_for(lease.id))
 
 
 def _running(lease: Lease) -> Lease:
@@ -185,7 +181,7 @@ def _running(lease: Lease) -> Lease:
     return replace(lease, keep=Keep.NUMBERS)
 
 
-def _standing(term: int) -> sa.Select[Any]:
+def _standing(term: int) -> sa.Select[datetime | None, bool]:
     """Whether the queue is paused, and whether a later term has ended this one."""
     later = sa.exists().where(TERMS.c.term > term)
     return sa.select(CONTROL.c.paused, later.label("has_ended"))
@@ -194,17 +190,21 @@ def _standing(term: int) -> sa.Select[Any]:
 def count_result(connection: sa.Connection, run: StatementRow, seconds: float, *, succeeded: bool) -> None:
     """Count an attempt that ended with a result, of a run of this scenario and estimated cost."""
     key = {"scenario": run.scenario, "succeeded": succeeded, "bucket": bisect_left(RUN_SECONDS, seconds)}
-    sums = {"attempts": 1, "seconds": seconds, "cost": run.cost}
-    insert = insert_into(connection, RESULTS).values(**key, **sums)
-    more = {name: RESULTS.c[name] + value for name, value in sums.items()}
-    connection.execute(insert.on_conflict_do_update(index_elements=[*key], set_=more))
+    _add(connection, RESULTS, key, {"attempts": 1, "seconds": seconds, "cost": run.cost})
 
 
 def count_attempt(connection: sa.Connection, cause: Cause) -> None:
     """Count an attempt that did not succeed."""
-    insert = insert_into(connection, CAUSES).values(cause=cause, attempts=1)
-    one_more = {"attempts": CAUSES.c.attempts + 1}
-    connection.execute(insert.on_conflict_do_update(index_elements=["cause"], set_=one_more))
+    _add(connection, CAUSES, {"cause": cause}, {"attempts": 1})
+
+
+def _add(
+    connection: sa.Connection, table: sa.Table, key: Mapping[str, str | bool | int], sums: Mapping[str, float]
+) -> None:
+    """Add to the sums in the row with a key, which is made if it is missing."""
+    insert = insert_into(connection, table).values(**key, **sums)
+    more = {name: table.c[name] + value for name, value in sums.items()}
+    connection.execute(insert.on_conflict_do_update(index_elements=[*key], set_=more))
 
 
 def register_files(connection: sa.Connection, job_id: str, files: Iterable[Stored]) -> None:

@@ -6,7 +6,7 @@ many lost results at once are a sign that part of the disk is not mounted.
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
@@ -20,23 +20,29 @@ from service.store.tables import (
     ARTIFACTS,
     CONTROL,
     EVENTS,
+    HAS_RESULT,
     JOBS,
     POINT_STATE,
     POINTS,
     SWEEPS,
     batches,
+    count,
     invalidate_tallies,
     now,
     one_row,
     runs_of,
     stored_record,
+    sweeps_waiting_for,
 )
+
+if TYPE_CHECKING:
+    from pydantic import JsonValue
 
 LOST = "lost"  # kind of the event of a forgotten result
 MOST_AT_ONCE, AT_ONCE = 5, timedelta(minutes=1)  # results that may be forgotten within this time
 MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; MOST_AT_ONCE at least
 
-SweepIds = Sequence[str] | sa.Select[tuple[str]]  # themselves, or a query of them
+SweepIds = Sequence[str] | sa.Select[str]  # themselves, or a query of them
 
 
 class Publications:
@@ -45,7 +51,7 @@ class Publications:
     def __init__(self, database: Database):
         self._database = database
 
-    def inputs(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[PublishedRun, ...]]:
+    def inputs(self, sweep_id: str) -> "tuple[Mapping[str, JsonValue], tuple[PublishedRun, ...]]":
         """The document of a sweep, and how each of its points ended; raises NotFound."""
         document = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == sweep_id)
         outcomes = (
@@ -64,15 +70,13 @@ class Publications:
         """The published files of a sweep; none before its publication."""
         query = sa.select(ARTIFACTS).join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id)
         query = query.where(JOBS.c.sweep_id == sweep_id).order_by(ARTIFACTS.c.name)
-        with self._database.reading() as connection:
-            return tuple(stored_record(row) for row in connection.execute(query))
+        return tuple(map(stored_record, self._database.rows(query)))
 
     def archived(self, sweep_id: str) -> dict[str, Stored]:
         """The published files of a sweep and those of its runs, by their paths in an archive of them all."""
         query = sa.select(ARTIFACTS, JOBS.c.kind).join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id)
         query = query.where((JOBS.c.sweep_id == sweep_id) | JOBS.c.id.in_(runs_of(sweep_id)))
-        with self._database.reading() as connection:
-            rows = connection.execute(query.order_by(JOBS.c.kind, JOBS.c.id, ARTIFACTS.c.name)).all()
+        rows = self._database.rows(query.order_by(JOBS.c.kind, JOBS.c.id, ARTIFACTS.c.name))
         return {
             f"runs/{row.job_id}/{row.name}" if row.kind == Kind.RUN else row.name: stored_record(row) for row in rows
         }
@@ -108,8 +112,9 @@ class Publications:
             job = connection.execute(sa.select(*columns).join(ARTIFACTS).where(registered)).first()
             if job is None or job.state not in TERMINAL:
                 return job is not None
-            using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == job.id, ~POINTS.c.detached)
-            own = [job.sweep_id] if job.kind is Kind.PUBLISH else using if job.path else []
+            own: SweepIds = [job.sweep_id] if job.kind is Kind.PUBLISH else []
+            if job.path:
+                own = sweeps_waiting_for(job.id)
             marked = transitions.outdate_publications(connection, moment, JOBS.c.sweep_id.in_(own))
             losses = [Loss(job.id, damaged.path, damaged.sha256)]
             if job.path == damaged.path:
@@ -145,27 +150,21 @@ def _forget_results(connection: sa.Connection, moment: datetime, losses: Sequenc
 
 def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[Loss]) -> None:
     """Raise TooManyLost beyond the limits, unless ``whipple doctor --forget-lost`` has allowed it."""
-    count = len(losses)
-    allow = CONTROL.update().where(CONTROL.c.forgettable >= count)
-    if connection.execute(allow.values(forgettable=CONTROL.c.forgettable - count)).rowcount:
+    lost = len(losses)
+    allow = CONTROL.update().where(CONTROL.c.forgettable >= lost)
+    if connection.execute(allow.values(forgettable=CONTROL.c.forgettable - lost)).rowcount:
         return
-    is_registered = (JOBS.c.kind == Kind.RUN) & JOBS.c.path.is_not(None)
-    results = connection.execute(sa.select(sa.func.count()).where(is_registered)).scalar_one()
+    results = count(connection, HAS_RESULT)
     most_lately = max(MOST_AT_ONCE, int(MOST_OF_ALL * results))
-    at_once = count + _forgotten(connection, moment - AT_ONCE)
-    lately = count + _forgotten(connection, moment - LATELY)
+    forgotten = EVENTS.c.kind == LOST
+    at_once = lost + count(connection, forgotten, EVENTS.c.time > moment - AT_ONCE)
+    lately = lost + count(connection, forgotten, EVENTS.c.time > moment - LATELY)
     if at_once > MOST_AT_ONCE or lately > most_lately:
         raise TooManyLost(
-            f"{count} of {results} registered results are lost or damaged ({first_runs(losses)}), and no more than "
+            f"{lost} of {results} registered results are lost or damaged ({first_runs(losses)}), and no more than "
             f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; restore their files, or have "
-            f"the results computed again: `whipple doctor --forget-lost {count}`"
+            f"the results computed again: `whipple doctor --forget-lost {lost}`"
         )
-
-
-def _forgotten(connection: sa.Connection, since: datetime) -> int:
-    """Number of results forgotten since a moment."""
-    count = sa.select(sa.func.count()).where(EVENTS.c.kind == LOST, EVENTS.c.time > since)
-    return connection.execute(count).scalar_one()
 
 
 def _compute_again(connection: sa.Connection, moment: datetime, sweeps: SweepIds, which: sa.ColumnElement[bool]) -> int:

@@ -42,18 +42,16 @@ class Queue:
 
     def pause(self) -> QueueRow:
         """Begin no more runs; those under way go on, and finished sweeps are published."""
-        moment = now()
-        pause = CONTROL.update().where(CONTROL.c.paused.is_(None)).values(paused=moment)
-        with self._database.commanding() as connection:
-            if connection.execute(pause).rowcount:
-                log_event(connection, moment, "paused")
-        return self.status()
+        return self._set_paused(now(), CONTROL.c.paused.is_(None), "paused")
 
     def resume(self) -> QueueRow:
-        resume = CONTROL.update().where(CONTROL.c.paused.is_not(None)).values(paused=None)
+        """Begin runs again."""
+        return self._set_paused(None, CONTROL.c.paused.is_not(None), "resumed")
+
+    def _set_paused(self, paused: datetime | None, is_other: sa.ColumnElement[bool], event: str) -> QueueRow:
         with self._database.commanding() as connection:
-            if connection.execute(resume).rowcount:
-                log_event(connection, now(), "resumed")
+            if connection.execute(CONTROL.update().where(is_other).values(paused=paused)).rowcount:
+                log_event(connection, now(), event)
         return self.status()
 
     def allow_forgetting(self, results: int) -> None:
@@ -112,16 +110,14 @@ class Queue:
         """Attempts that succeeded since the store was made, by their measured seconds."""
         sums = (sa.func.sum(RESULTS.c[name]).label(name) for name in ("attempts", "seconds"))
         query = sa.select(RESULTS.c.bucket, *sums).where(RESULTS.c.succeeded).group_by(RESULTS.c.bucket)
-        with self._database.reading() as connection:
-            return tuple(RunTally(row.bucket, int(row.attempts), row.seconds) for row in connection.execute(query))
+        return tuple(RunTally(row.bucket, int(row.attempts), row.seconds) for row in self._database.rows(query))
 
     def tally_of_owners(self) -> Sequence[tuple[str, State, int]]:
+        """The number of runs that have not ended, by owner and state."""
         groups = (JOBS.c.owner, JOBS.c.state)
         query = sa.select(*groups, sa.func.count()).where(IS_ACTIVE, _IS_RUN).group_by(*groups).order_by(*groups)
-        with self._database.reading() as connection:
-            return [tuple(row) for row in connection.execute(query)]
+        return [tuple(row) for row in self._database.rows(query)]
 
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""
-        with self._database.reading() as connection:
-            return {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
+        return {row.cause: row.attempts for row in self._database.rows(sa.select(CAUSES))}

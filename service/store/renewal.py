@@ -7,9 +7,7 @@ report of these results are made. All of it is one transaction.
 """
 
 import uuid
-from collections.abc import Sequence
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
@@ -18,7 +16,7 @@ from service.records.jobs import State
 from service.store import transitions
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.submission import add_points, publication_row
+from service.store.submission import add_points, insert_publication
 from service.store.tables import (
     HAS_RESULT,
     JOBS,
@@ -28,7 +26,6 @@ from service.store.tables import (
     StatementRow,
     invalidate_tallies,
     now,
-    one_row,
     runs_of,
 )
 from studies.runs.results import OTHER_PHYSICS
@@ -63,21 +60,17 @@ class Renewals:
     def outdated(self, physics: int) -> tuple[str, ...]:
         """The unfinished sweeps whose runs are of an older physics than this one, in the order of acceptance."""
         query = sa.select(SWEEPS.c.id).join(PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
-        with self._database.reading() as connection:
-            return tuple(connection.scalars(query.where(_is_outdated(physics)).order_by(SWEEPS.c.number)))
+        rows = self._database.rows(query.where(_is_outdated(physics)).order_by(SWEEPS.c.number))
+        return tuple(row.id for row in rows)
 
     def physics_of(self, id: str) -> int:
-        """The physics that expanded a sweep; raises NotFound."""
-        with self._database.reading() as connection:
-            query = sa.select(SWEEPS.c.physics).where(SWEEPS.c.id == id)
-            physics: int = one_row(connection, query, "sweep", id).physics
-            return physics
+        """The physics that expanded a sweep."""
+        return self._database.value(sa.select(SWEEPS.c.physics).where(SWEEPS.c.id == id))
 
     def coordinates(self, id: str) -> tuple[tuple[dict[str, float | str], str], ...]:
         """The coordinates of each point of a sweep, with the id of its run."""
         query = sa.select(POINTS.c.coordinates, POINTS.c.run_id).where(POINTS.c.sweep_id == id)
-        with self._database.reading() as connection:
-            return tuple(tuple(row) for row in connection.execute(query.order_by(POINTS.c.ordinal)))
+        return tuple((row.coordinates, row.run_id) for row in self._database.rows(query.order_by(POINTS.c.ordinal)))
 
     def renew(self, id: str, sweep: ExpandedSweep, physics: int) -> bool:
         """Let a sweep that is still outdated wait for these points; False: it has them already, or is not outdated."""
@@ -86,7 +79,9 @@ class Renewals:
             row = _outdated_row(connection, id, physics)
             if row is None:
                 return False
-            if _has_points(connection, id, sweep):
+            # One that searches for a limit may have more.
+            first = runs_of(id).order_by(POINTS.c.ordinal).limit(len(sweep.points))
+            if list(connection.scalars(first)) == [point.run_id for point in sweep.points]:
                 connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(physics=physics))
                 return False
             older = _set_aside(connection, row, moment)
@@ -117,13 +112,6 @@ def _outdated_row(connection: sa.Connection, id: str, physics: int) -> Statement
     return connection.execute(query.where(SWEEPS.c.id == id, _is_outdated(physics))).first()
 
 
-def _has_points(connection: sa.Connection, id: str, sweep: ExpandedSweep) -> bool:
-    """Whether a sweep has these points already; one that searches for a limit may have more."""
-    query = runs_of(id).order_by(POINTS.c.ordinal).limit(len(sweep.points))
-    there: Sequence[Any] = connection.scalars(query).all()
-    return list(there) == [point.run_id for point in sweep.points]
-
-
 def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -> str | None:
     """Take its points from a sweep; return the id of the sweep that has them now, None: there was no result."""
     results = runs_of(row.id).join(JOBS, JOBS.c.id == POINTS.c.run_id)
@@ -131,16 +119,15 @@ def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -
     if connection.execute(results.limit(1)).first() is None:
         transitions.detach(connection, row.id)
         transitions.cancel(connection, row.id, moment)
-        connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(row.id))).values(abandoned=moment))
+        transitions.leave_runs(connection, row.id, moment)
         connection.execute(POINTS.delete().where(POINTS.c.sweep_id == row.id))
-        older: str | None = row.older
-        return older
+        return row.older
     id = uuid.uuid4().hex
     called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(row.physics) for key in ("name", "title")}
     own = {**row._mapping, **called, "id": id, "document": {**row.document, **called}, "cancelled": moment}
     del own["number"]
     connection.execute(SWEEPS.insert().values(own))
-    connection.execute(JOBS.insert().values(publication_row(id, row.owner, moment)))
+    insert_publication(connection, id, row.owner, moment)
     connection.execute(POINTS.update().where(POINTS.c.sweep_id == row.id).values(sweep_id=id))
     refused = runs_of(id).join(JOBS, JOBS.c.id == POINTS.c.run_id).where(_OF_OTHER_PHYSICS)
     connection.execute(

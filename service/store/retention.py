@@ -4,7 +4,6 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
@@ -21,6 +20,7 @@ from service.store.tables import (
     JOBS,
     POINTS,
     SWEEPS,
+    Query,
     batches,
     now,
     stored_record,
@@ -71,9 +71,8 @@ class Retention:
         Their folders stay until the disk is swept: see ``forgotten_runs``.
         """
         abandoned = sa.select(JOBS.c.id).where(JOBS.c.abandoned < before, HAS_ENDED)
-        with self._database.reading() as connection:
-            # In the order of their index, which is read then, whatever the server knows of its tables.
-            candidates = connection.scalars(abandoned.order_by(JOBS.c.abandoned).limit(limit)).all()
+        # In the order of their index, which is read then, whatever the server knows of its tables.
+        candidates = [row.id for row in self._database.rows(abandoned.order_by(JOBS.c.abandoned).limit(limit))]
         if not candidates:
             return 0
         moment = now()
@@ -121,13 +120,11 @@ class Retention:
 
     def sweeps(self) -> int:
         """Number of sweeps."""
-        with self._database.reading() as connection:
-            return connection.execute(sa.select(sa.func.count()).select_from(SWEEPS)).scalar_one()
+        return self._database.value(sa.select(sa.func.count()).select_from(SWEEPS))
 
     def runs(self) -> int:
         """Number of runs."""
-        with self._database.reading() as connection:
-            return connection.execute(sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN)).scalar_one()
+        return self._database.value(sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN))
 
     def clock_history(self) -> ClockHistory | None:
         """What was seen of the wall clock; None: nothing yet."""
@@ -148,8 +145,7 @@ class Retention:
 
     def scrub(self) -> Scrub:
         """How far the comparison of all files with their digests is."""
-        with self._database.reading() as connection:
-            return Scrub(**connection.scalar(sa.select(CONTROL.c.scrub)) or {})
+        return Scrub(**self._database.value(sa.select(CONTROL.c.scrub)) or {})
 
     def note_scrub(self, scrub: Scrub) -> None:
         with self._database.writing() as connection:
@@ -182,16 +178,14 @@ class Retention:
         """Those of these runs that ``forget_runs`` removed; a later sweep may have brought them again."""
         return self._named_in("forgotten", EVENTS.c.job_id, ids)
 
-    def _named_in(self, kind: str, column: sa.Column[Any], ids: Sequence[str]) -> set[str]:
+    def _named_in(self, kind: str, column: sa.Column[str], ids: Sequence[str]) -> set[str]:
         """Those of these ids that a column of the events of one kind holds."""
         query = sa.select(column).where(EVENTS.c.kind == kind)
         with self._database.reading() as connection:
             return {id for batch in batches(ids) for id in connection.scalars(query.where(column.in_(batch)))}
 
-    def _files(self, query: sa.Select[tuple[object, ...]]) -> tuple[tuple[str, Stored], ...]:
-        with self._database.reading() as connection:
-            rows = connection.execute(query.order_by(*BY_JOB)).all()
-        return tuple((row.job_id, stored_record(row)) for row in rows)
+    def _files(self, query: Query) -> tuple[tuple[str, Stored], ...]:
+        return tuple((row.job_id, stored_record(row)) for row in self._database.rows(query.order_by(*BY_JOB)))
 
 
 def _sizes(connection: sa.Connection, going: sa.Subquery) -> Counter[str | None]:

@@ -1,12 +1,12 @@
 """Runs: what is asked, how far they are, their files and measurements."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from service.records.jobs import Kind, MeasuredRun, NotFound, RunPlace, RunRow, Stored
+from service.records.jobs import Kind, MeasuredRun, NotFound, RunPlace, RunRow, Stored, Summary
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.tables import (
@@ -21,12 +21,15 @@ from service.store.tables import (
     begins,
     literal,
     now,
-    one_row,
     runs_of,
     stored_record,
+    sweeps_waiting_for,
 )
 from service.store.transitions import ended_by_accident, outdate_publications, release_publications
 from studies.quantities.files import RESULT, STATE
+
+if TYPE_CHECKING:
+    from studies.runs.run import RunSpec
 
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
@@ -40,21 +43,17 @@ class Runs:
     def get(self, id: str) -> RunRow:
         """One run; raises NotFound."""
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
-        with self._database.reading() as connection:
-            return run_record(one_row(connection, query, "run", id))
+        return run_record(self._database.row(query, "run", id))
 
     def with_prefix(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
         """Runs whose ids begin so, in the order of their ids."""
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.kind == Kind.RUN, begins(JOBS.c.id, prefix))
-        with self._database.reading() as connection:
-            rows = connection.execute(query.order_by(JOBS.c.id).limit(limit))
-            return tuple(run_record(row) for row in rows)
+        return tuple(map(run_record, self._database.rows(query.order_by(JOBS.c.id).limit(limit))))
 
-    def spec(self, id: str) -> Mapping[str, Any]:
-        """A run as it is computed, complete (``Run.as_json``); raises NotFound."""
+    def spec(self, id: str) -> "RunSpec":
+        """A run as it is computed, complete; raises NotFound."""
         query = sa.select(JOBS.c.spec).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
-        with self._database.reading() as connection:
-            return one_row(connection, query, "run", id).spec
+        return self._database.row(query, "run", id).spec
 
     def places(self, id: str, most: int) -> tuple[RunPlace, ...]:
         """Where a run stands in the youngest sweeps that have it."""
@@ -65,8 +64,7 @@ class Runs:
             .order_by(SWEEPS.c.number.desc())
             .limit(most)
         )
-        with self._database.reading() as connection:
-            return tuple(RunPlace(**row._mapping) for row in connection.execute(query))
+        return tuple(RunPlace(**row._mapping) for row in self._database.rows(query))
 
     def known(self, ids: Iterable[str]) -> set[str]:
         """Those of these runs that are finished or under way, so that a sweep of them computes nothing new."""
@@ -102,19 +100,18 @@ class Runs:
             .where(JOBS.c.id.in_(runs_of(sweep_id)))
             .order_by(JOBS.c.id)
         )
-        with self._database.reading() as connection:
-            one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == sweep_id), "sweep", sweep_id)
-            rows = connection.execute(query).all()
-        kept_by = {row.run_id: stored_record(row) for row in rows if row.path is not None}
+        rows = self._database.rows(query)
+        if not rows:  # every sweep has runs
+            raise NotFound("sweep", sweep_id)
+        states = {row.run_id: stored_record(row) for row in rows if row.path is not None}
         return tuple(
-            MeasuredRun(row.run_id, row.scenario, row.state, row.summary, kept_by.get(row.run_id)) for row in rows
+            MeasuredRun(row.run_id, row.scenario, row.state, row.summary, states.get(row.run_id)) for row in rows
         )
 
     def measured_rate(self, scenario: str) -> float | None:
         """Measured seconds for each estimated core second, over all results of the scenario; None without."""
         query = sa.select(sa.func.sum(RESULTS.c.seconds), sa.func.sum(RESULTS.c.cost))
-        with self._database.reading() as connection:
-            seconds, cost = connection.execute(query.where(RESULTS.c.scenario == scenario)).one()
+        [(seconds, cost)] = self._database.rows(query.where(RESULTS.c.scenario == scenario))
         return seconds / cost if cost else None
 
     # --- files -----------------------------------------------------------------------------------
@@ -134,13 +131,12 @@ class Runs:
             .where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
             .order_by(ARTIFACTS.c.name)
         )
-        with self._database.reading() as connection:
-            rows = connection.execute(query).all()
+        rows = self._database.rows(query)
         if not rows:
             raise NotFound("run", id)
         return tuple(stored_record(row) for row in rows if row.name is not None)
 
-    def replace_result(self, id: str, was: str, answer: Stored, summary: Mapping[str, Any]) -> tuple[str, ...]:
+    def replace_result(self, id: str, was: str, answer: Stored, summary: Summary) -> tuple[str, ...]:
         """Replace the result of a run, if its SHA-256 is ``was``; return the sweeps to be published again.
 
         Those are the ones that were published with the earlier result, or are being published.
@@ -149,8 +145,7 @@ class Runs:
         file = {"path": answer.path, "size": answer.size, "sha256": answer.sha256}
         run = JOBS.update().where(JOBS.c.id == id, JOBS.c.sha256 == was)
         registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == RESULT)
-        using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == id, ~POINTS.c.detached)
-        publication = JOBS.c.sweep_id.in_(using)
+        publication = JOBS.c.sweep_id.in_(sweeps_waiting_for(id))
         with self._database.commanding() as connection:
             if not connection.execute(run.values(**file, summary=dict(summary))).rowcount:
                 return ()

@@ -3,7 +3,7 @@
 import uuid
 from collections.abc import Sequence
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
@@ -20,6 +20,7 @@ from service.store.tables import (
     PUBLISH_PRIORITY,
     SWEEPS,
     batches,
+    count,
     insert_into,
     literal,
     runs_of,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 WAIT_SECONDS = 60  # until runs have ended
 DELETE_SECONDS = 3600  # until somebody has deleted a sweep
 BATCH = 1000  # rows inserted by one statement; the specification of a run takes 3 kB
+UNBEGUN = {"attempt": 0, "term": 0, "crashes": 0}  # columns of a job
 
 
 def digest_of(sweep: "Sweep") -> str:
@@ -63,8 +65,8 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     under_way = sa.select(sa.func.count()).where(IS_ACTIVE, JOBS.c.owner == owner)
     sweeps, runs = (under_way.where(JOBS.c.kind == literal(kind)) for kind in (Kind.PUBLISH, Kind.RUN))
     files = sa.select(OWNED_BYTES.c.bytes).where(OWNED_BYTES.c.owner == owner)
-    counts = sa.select(*(each.scalar_subquery() for each in (sweeps, runs, files)))
-    has = [int(count or 0) for count in connection.execute(counts).one()]
+    counts = sa.select(*(query.scalar_subquery() for query in (sweeps, runs, files)))
+    has = [int(number or 0) for number in connection.execute(counts).one()]
     text = f"{owner} has "
     cure = "wait until some have ended, or cancel one"
     if has[0] + 1 > quota.sweeps:
@@ -72,8 +74,8 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     asked = [point.run_id for point in sweep.points if point.parameters is not None]
     new = len(asked)
     if has[1] + new > quota.runs:  # most sweeps are far from it, and nothing is looked up for them
-        there = sa.select(sa.func.count()).where(sa.not_(transitions.may_be_retried(submission.keep)))
-        new -= sum(connection.execute(there.where(JOBS.c.id.in_(each))).scalar_one() for each in batches(asked))
+        is_there = sa.not_(transitions.may_be_retried(submission.keep))
+        new -= sum(count(connection, is_there, JOBS.c.id.in_(batch)) for batch in batches(asked))
     if has[1] + new > quota.runs:
         more = f"and asks for {new}; the quota is {quota.runs}"
         raise QuotaExceeded(f"{text}{has[1]} runs under way {more}: {cure}", WAIT_SECONDS)
@@ -103,7 +105,7 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
             physics=PHYSICS_VERSION,
         )
     )
-    connection.execute(JOBS.insert().values(publication_row(id, submission.owner, moment)))
+    insert_publication(connection, id, submission.owner, moment)
     new = add_points(connection, id, sweep.points, moment)
     connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(new=new))
     transitions.release_publications(connection, moment, JOBS.c.sweep_id == id)
@@ -114,21 +116,25 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
     return id
 
 
-def publication_row(sweep_id: str, owner: str, moment: datetime) -> dict[str, Any]:
-    """The row of a publication that waits for the runs of its sweep."""
-    return {
-        "id": uuid.uuid4().hex,
-        "kind": Kind.PUBLISH,
-        "sweep_id": sweep_id,
-        "state": State.WAITING,
-        "priority": PUBLISH_PRIORITY,
-        "owner": owner,
-        "virtual_time": 0.0,
-        "ordinal": 0,
-        "keep": Keep.NUMBERS,
-        "cost": 1.0,
-        **_unbegun(moment),
-    }
+def insert_publication(connection: sa.Connection, sweep_id: str, owner: str, moment: datetime) -> None:
+    """Add the publication of a sweep, which waits for its runs."""
+    connection.execute(
+        JOBS.insert().values(
+            id=uuid.uuid4().hex,
+            kind=Kind.PUBLISH,
+            sweep_id=sweep_id,
+            state=State.WAITING,
+            priority=PUBLISH_PRIORITY,
+            owner=owner,
+            virtual_time=0.0,
+            ordinal=0,
+            keep=Keep.NUMBERS,
+            cost=1.0,
+            **UNBEGUN,
+            created=moment,
+            queued=moment,
+        )
+    )
 
 
 def add_points(
@@ -141,59 +147,19 @@ def add_points(
     """
     query = sa.select(SWEEPS.c.priority, SWEEPS.c.owner, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
     sweep = connection.execute(query).one()
-    begin = fair_queueing.open_queue(connection, sweep.priority, sweep.owner)
-    runs = _run_rows(points, first, virtual_time=begin, **sweep._mapping, **_unbegun(moment))
-    new = _insert_new_runs(connection, runs)
-    _insert_points(connection, sweep_id, points, first)
-    if new < len(runs):
-        among = [run["id"] for run in runs] if first else None
-        new += transitions.retry(connection, sweep_id, moment, verdicts=False, among=among)
-        fair_queueing.schedule(connection, sweep_id)
-        abandoned = JOBS.update().where(JOBS.c.id.in_(runs_of(sweep_id)), JOBS.c.abandoned.is_not(None))
-        connection.execute(abandoned.values(abandoned=None, owner=sweep.owner))
-    return new
-
-
-def _unbegun(moment: datetime) -> dict[str, Any]:
-    return {"attempt": 0, "term": 0, "crashes": 0, "created": moment, "queued": moment}
-
-
-def _run_rows(points: Sequence[ExpandedPoint], first: int, *, virtual_time: float, **same: Any) -> list[dict[str, Any]]:
-    """The rows of the runs of points, each once; their virtual times are those of runs that are all new."""
-    runs: list[dict[str, Any]] = []
-    for ordinal, point in enumerate(points, first):
-        if point.parameters is not None:
-            runs.append(
-                {
-                    "id": point.run_id,
-                    "kind": Kind.RUN,
-                    "scenario": point.scenario,
-                    "spec": point,
-                    "state": State.QUEUED,
-                    "virtual_time": virtual_time,
-                    "ordinal": ordinal,
-                    "cost": point.cost,
-                    **same,
-                }
-            )
+    new_points = [(ordinal, point) for ordinal, point in enumerate(points, first) if point.parameters is not None]
+    same = {**sweep._mapping, **UNBEGUN, "kind": Kind.RUN, "state": State.QUEUED, "created": moment, "queued": moment}
+    insert = insert_into(connection, JOBS).on_conflict_do_nothing().execution_options(preserve_rowcount=True)
+    new, virtual_time = 0, fair_queueing.open_queue(connection, sweep.priority, sweep.owner)
+    for batch in batches(new_points, BATCH):
+        rows = []
+        for ordinal, point in batch:
+            own = {"id": point.run_id, "scenario": point.scenario, "spec": JsonText(point.spec), "cost": point.cost}
+            rows.append({**same, **own, "ordinal": ordinal, "virtual_time": virtual_time})
             virtual_time += point.cost
-    return runs
-
-
-def _insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]]) -> int:
-    """Insert those runs that no sweep has brought yet; return their number."""
-    insert = insert_into(connection, JOBS).on_conflict_do_nothing()
-    counted = insert.execution_options(preserve_rowcount=True)
-    new = 0
-    for begin in range(0, len(rows), BATCH):
-        batch = [{**row, "spec": JsonText(row["spec"].spec)} for row in rows[begin : begin + BATCH]]
-        new += connection.execute(counted, batch).rowcount
-    return new
-
-
-def _insert_points(connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], first: int) -> None:
-    for begin in range(0, len(points), BATCH):
-        batch = [
+        new += connection.execute(insert, rows).rowcount
+    for numbered in batches(enumerate(points, first), BATCH):
+        rows = [
             {
                 "sweep_id": sweep_id,
                 "ordinal": ordinal,
@@ -202,6 +168,13 @@ def _insert_points(connection: sa.Connection, sweep_id: str, points: Sequence[Ex
                 "coordinates": JsonText(point.coordinates),
                 "detached": False,
             }
-            for ordinal, point in enumerate(points[begin : begin + BATCH], first + begin)
+            for ordinal, point in numbered
         ]
-        connection.execute(POINTS.insert(), batch)
+        connection.execute(POINTS.insert(), rows)
+    if new < len(new_points):
+        among = [point.run_id for _, point in new_points] if first else None
+        new += transitions.retry(connection, sweep_id, moment, verdicts=False, among=among)
+        fair_queueing.schedule(connection, sweep_id)
+        abandoned = JOBS.update().where(JOBS.c.id.in_(runs_of(sweep_id)), JOBS.c.abandoned.is_not(None))
+        connection.execute(abandoned.values(abandoned=None, owner=sweep.owner))
+    return new

@@ -8,8 +8,8 @@ retry are those of any sweep.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cache, reduce
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
@@ -41,6 +41,7 @@ from service.store.tables import (
     POINTS,
     PUBLICATIONS,
     SWEEPS,
+    Query,
     StatementRow,
     batches,
     begins,
@@ -49,13 +50,14 @@ from service.store.tables import (
     literal,
     now,
     one_row,
-    runs_of,
 )
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.runs.run import Run
+    from pydantic import JsonValue
+
+    from studies.quantities.parameters import Plain
     from studies.sweeps.sweep import Point
 
 # A subquery of one row in place of EXISTS, which PostgreSQL would evaluate for all sweeps of the store.
@@ -117,13 +119,6 @@ class SweepsWithFiles:
     blocked_reason: str | None  # why nothing is begun although there is work
 
 
-def _core_seconds(run: "Run") -> float:
-    """The estimated cost of a run; the API loads no studies."""
-    from studies.runs.run import estimate
-
-    return estimate(run).core_seconds
-
-
 class Sweeps:
     """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
 
@@ -149,7 +144,7 @@ class Sweeps:
             raise InvalidInput(submission.findings)
         sweep = submission.sweep
         if not isinstance(sweep, ExpandedSweep):
-            sweep = expand(sweep, _core_seconds)
+            sweep = expand(sweep)
         moment = now()
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
@@ -173,8 +168,7 @@ class Sweeps:
             if not transitions.wait_again(connection, lease, is_wanted):
                 return False
             first = connection.execute(last).scalar_one() + 1
-            expanded = [*expanded_points(points, _core_seconds)]
-            new = add_points(connection, id, expanded, moment, first)
+            new = add_points(connection, id, [*expanded_points(points)], moment, first)
             counts = {"planned": SWEEPS.c.planned + len(points), "new": SWEEPS.c.new + new}
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))
             # The tally of a sweep whose points had all ended may be remembered.
@@ -254,7 +248,7 @@ class Sweeps:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
                 raise Conflict(f"the sweep is {state}; {cure}")
-            connection.execute(_leave_runs(id, moment))
+            transitions.leave_runs(connection, id, moment)
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
@@ -265,38 +259,32 @@ class Sweeps:
 
     def get(self, id: str) -> SweepStatus:
         """One sweep; raises NotFound."""
-        with self._database.reading() as connection:
-            row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
-            return self._statuses(connection, [row])[0]
+        return self._get(id, SWEEP_ROWS)[0]
 
     def statuses(self, ids: Iterable[str]) -> Mapping[str, SweepStatus]:
         """These sweeps by their ids, in two statements for each thousand; unknown ones are left out."""
         with self._database.reading() as connection:
-            return {
-                status.id: status
-                for batch in batches(ids)
-                for status in self._statuses(
-                    connection, connection.execute(SWEEP_ROWS.where(SWEEPS.c.id.in_(batch))).all()
-                )
-            }
+            queries = (SWEEP_ROWS.where(SWEEPS.c.id.in_(batch)) for batch in batches(ids))
+            rows = [row for query in queries for row in connection.execute(query)]
+            return {status.id: status for status in self._statuses(connection, rows)}
 
     def get_with_files(self, id: str) -> tuple[SweepStatus, Sequence[str]]:
         """One sweep, and the names of the files that it has published; raises NotFound."""
-        query = SWEEPS_AND_FILES.where(SWEEPS.c.id == id)
-        with self._database.reading() as connection:
-            row = one_row(connection, query, "sweep", id)
-            return self._statuses(connection, [row])[0], _names(row)
+        status, row = self._get(id, SWEEPS_AND_FILES)
+        return status, _names(row)
 
     def get_with_file(self, id: str, name: str) -> tuple[SweepStatus, Stored | None]:
         """One sweep, and the file of this name if it has published one; raises NotFound."""
         published = (ARTIFACTS.c.job_id == PUBLICATIONS.c.id) & (ARTIFACTS.c.name == name)
         query = SWEEP_ROWS.add_columns(ARTIFACTS.c.path, ARTIFACTS.c.size, ARTIFACTS.c.sha256)
-        query = query.outerjoin(ARTIFACTS, published).where(SWEEPS.c.id == id)
+        status, row = self._get(id, query.outerjoin(ARTIFACTS, published))
+        return status, None if row.path is None else Stored(name, row.path, row.size, row.sha256)
+
+    def _get(self, id: str, query: Query) -> tuple[SweepStatus, StatementRow]:
+        """One sweep, and its row of the query, which has the columns of SWEEP_ROWS and more."""
         with self._database.reading() as connection:
-            row = one_row(connection, query, "sweep", id)
-            status = self._statuses(connection, [row])[0]
-        file = None if row.path is None else Stored(name, row.path, row.size, row.sha256)
-        return status, file
+            row = one_row(connection, query.where(SWEEPS.c.id == id), "sweep", id)
+            return self._statuses(connection, [row])[0], row
 
     def page(
         self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = PAGE
@@ -335,11 +323,9 @@ class Sweeps:
         files = {row.id: _names(row) for row in of_sweeps}
         return SweepsWithFiles(sweeps, files, rows[0].paused, rows[0].blocked_reason)
 
-    def document(self, id: str) -> Mapping[str, Any]:
+    def document(self, id: str) -> "Mapping[str, JsonValue]":
         """The document of a sweep, canonical; raises NotFound."""
-        query = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == id)
-        with self._database.reading() as connection:
-            return one_row(connection, query, "sweep", id).document
+        return self._database.row(sa.select(SWEEPS.c.document).where(SWEEPS.c.id == id), "sweep", id).document
 
     def find(self, digest: str) -> SweepStatus | None:
         """The youngest sweep with this ``digest_of``: the same document for the same physics."""
@@ -366,7 +352,11 @@ class Sweeps:
         with self._database.reading() as connection:
             one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == id), "sweep", id)
             rows = connection.execute(query).all()
-        items = tuple(point_record(row) for row in rows[:limit])
+        ordinal = POINTS.c.ordinal
+        items = tuple(
+            PointRow(row._mapping[ordinal], tuple(row.axis_index), row.coordinates, row.point_state, run_record(row))
+            for row in rows[:limit]
+        )
         return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
 
     def cells(self, id: str, ordinals: Sequence[int], quantity: str) -> tuple[GridCell, ...]:
@@ -381,8 +371,7 @@ class Sweeps:
             .where(POINTS.c.sweep_id == id, POINTS.c.ordinal.in_(ordinals))
             .order_by(POINTS.c.ordinal)
         )
-        with self._database.reading() as connection:
-            return tuple(GridCell(**row._mapping) for row in connection.execute(query))
+        return tuple(GridCell(**row._mapping) for row in self._database.rows(query))
 
     def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
         """The first ``limit`` sweeps, and the cursor of the next page."""
@@ -394,10 +383,10 @@ class Sweeps:
         return tuple(_status(row, tallies[row.id]) for row in rows)
 
 
-def is_search(document: Mapping[str, Any]) -> bool:
+def is_search(document: "Mapping[str, Plain]") -> bool:
     """Whether a document asks for a limit, so that the results of its sweep may ask for further runs."""
-    axes = (document.get("axes") or {}).values()
-    return any(isinstance(axis, Mapping) and "limit_of" in axis for axis in axes)
+    axes = document.get("axes")
+    return isinstance(axes, Mapping) and any(isinstance(it, Mapping) and "limit_of" in it for it in axes.values())
 
 
 def sweep_status(connection: sa.Connection, id: str) -> SweepStatus:
@@ -422,7 +411,7 @@ _COUNTED = frozenset({"reused", "counts", "lost_answers", "progress", "eta_secon
 _STORED = frozenset(SweepStatus.__dataclass_fields__) - _COUNTED
 
 
-def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Select[Any]:
+def _youngest(query: Query, cursor: str | None, limit: int) -> Query:
     """The youngest sweeps behind a cursor, and one more to know whether there is another page."""
     query = query.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
     return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
@@ -432,39 +421,22 @@ def _has(word: str) -> sa.ColumnElement[bool]:
     """Whether a sweep has a word, also in the title of its scenario or of a material that ships."""
     from studies import materials, scenarios  # a tenth of a second, and no other query needs them
 
-    def titled(kind: Any) -> list[str]:  # but for those whose name has the word, which is searched for anyway
-        titles = {name: kind.load(name).title for name in kind.names() if word.lower() not in name}
-        return [name for name, title in titles.items() if word.lower() in title.lower()]
-
+    setups = {name: scenarios.load(name) for name in scenarios.names()}
+    of_scenarios = [name for name, setup in setups.items() if word.lower() in setup.title.lower()]
+    of_materials = [name for name in materials.names() if word.lower() in materials.load(name).title.lower()]
+    # The materials that a document names, fixed or as axes, with spaces between.
+    roles = sorted({role for setup in setups.values() for role in setup.materials})
+    made_of: sa.ColumnElement[str] = sa.literal("")
+    for part, role in product(("fixed", "axes"), roles):
+        made_of = made_of + " " + sa.func.coalesce(SWEEPS.c.document[part, role].as_string(), "")
     named = [SWEEPS.c[name].icontains(word, autoescape=True) for name in ("title", "name", "scenario")]
-    made_of = [_materials().icontains(name, autoescape=True) for name in (word, *titled(materials))]
-    return sa.or_(*named, SWEEPS.c.scenario.in_(titled(scenarios)), *made_of)
-
-
-@cache
-def _materials() -> sa.ColumnElement[str]:
-    """The materials that a document names, fixed or as axes, with spaces between."""
-    from studies import scenarios
-
-    roles = sorted({role for name in scenarios.names() for role in scenarios.load(name).materials})
-    named = [SWEEPS.c.document[part, role].as_string() for part in ("fixed", "axes") for role in roles]
-    return reduce(lambda text, each: text + " " + each, (sa.func.coalesce(each, "") for each in named))
+    made = [made_of.icontains(name, autoescape=True) for name in (word, *of_materials)]
+    return sa.or_(*named, SWEEPS.c.scenario.in_(of_scenarios), *made)
 
 
 def _names(row: StatementRow) -> Sequence[str]:
     """The file names of a row with FILE_NAMES."""
     return tuple(sorted((row.files or "").split()))
-
-
-def point_record(row: StatementRow) -> PointRow:
-    """A point from a row with the columns of POINTS, RUN_COLUMNS and ``point_state``."""
-    return PointRow(
-        ordinal=row._mapping[POINTS.c.ordinal],
-        index=tuple(row.axis_index),
-        coordinates=row.coordinates,
-        state=row.point_state,
-        run=run_record(row),
-    )
 
 
 def number_of(cursor: str) -> int:
@@ -473,21 +445,3 @@ def number_of(cursor: str) -> int:
         limit = "the cursor of an earlier page"
         raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")])
     return int(cursor)
-
-
-def _leave_runs(id: str, moment: datetime) -> sa.Update:
-    """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
-    others = (
-        sa.select(SWEEPS.c.owner)
-        .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
-        .where(POINTS.c.run_id == JOBS.c.id, POINTS.c.sweep_id != id)
-        .correlate(JOBS)
-    )
-    stays = others.where(SWEEPS.c.owner == JOBS.c.owner).exists()
-    next_owner = others.order_by(SWEEPS.c.number).limit(1).scalar_subquery()
-    return (
-        JOBS.update()
-        .where(JOBS.c.id.in_(runs_of(id)))
-        .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
-        .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
-    )

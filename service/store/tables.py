@@ -3,11 +3,12 @@
 ``Database.migrate`` makes the tables in an empty database; later changes are migrations.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import sqlalchemy as sa
 
@@ -36,7 +37,10 @@ def enumeration(kind: type[StrEnum]) -> sa.Enum:
     )
 
 
-StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
+Item = TypeVar("Item")
+# A query of whatever columns, and a row of it.
+Query = sa.Select[*tuple[Any, ...]]
+StatementRow = sa.Row[*tuple[Any, ...]]
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
@@ -118,15 +122,11 @@ def literal(text: str) -> sa.ColumnClause[str]:
     return sa.literal_column(f"'{text}'")
 
 
-def _is_among(*states: State) -> sa.ColumnElement[bool]:
-    return JOBS.c.state.in_([literal(state) for state in states])
-
-
 # Conditions on the state of a job, in the words of the partial indexes below: what has ended costs a query nothing.
 IS_QUEUED = JOBS.c.state == literal(State.QUEUED)
-IS_ACTIVE = _is_among(*(state for state in State if state in ACTIVE))
+IS_ACTIVE = JOBS.c.state.in_([literal(state) for state in State if state in ACTIVE])
 HAS_ENDED = sa.not_(IS_ACTIVE)  # which is searched for through no index
-IS_UNDER_WAY = IS_ACTIVE & _is_among(State.RUNNING, State.CANCELLING)
+IS_UNDER_WAY = IS_ACTIVE & JOBS.c.state.in_([literal(State.RUNNING), literal(State.CANCELLING)])
 
 
 def _index(name: str, where: sa.ColumnElement[bool], *columns: str) -> None:
@@ -134,7 +134,7 @@ def _index(name: str, where: sa.ColumnElement[bool], *columns: str) -> None:
     index = sa.Index(name, *(JOBS.c[column] for column in columns))
 
     @sa.event.listens_for(TABLES, "before_create")
-    def limit(_tables: sa.MetaData, connection: sa.Connection, **_: Any) -> None:
+    def limit(_tables: sa.MetaData, connection: sa.Connection, **_: bool) -> None:
         # Here and not with the index, which would import the dialect of PostgreSQL for SQLite too.
         index.dialect_options[connection.dialect.name]["where"] = where
 
@@ -305,7 +305,8 @@ POINT_STATE = sa.type_coerce(
 )
 
 
-def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
+def runs_of(sweep_id: str) -> sa.Select[str]:
+    """The ids of the runs of a sweep."""
     return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
 
 
@@ -333,12 +334,22 @@ def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]
     return sa.and_(column >= prefix, column < prefix + "g")
 
 
-def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str) -> StatementRow:
+def one_row(connection: sa.Connection, query: Query, kind: str, id: str) -> StatementRow:
     """The single row of a query; raises NotFound."""
     row = connection.execute(query).first()
     if row is None:
         raise NotFound(kind, id)
     return row
+
+
+def count(connection: sa.Connection, *conditions: sa.ColumnElement[bool]) -> int:
+    """Number of rows that fulfil the conditions, all of one table."""
+    return connection.execute(sa.select(sa.func.count()).where(*conditions)).scalar_one()
+
+
+def sweeps_waiting_for(run_id: str) -> sa.Select[str]:
+    """The ids of the sweeps that a run counts for: those that did not stop to wait for it."""
+    return sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == run_id, POINTS.c.detached.is_(False))
 
 
 def stored_record(row: StatementRow) -> Stored:
@@ -354,8 +365,8 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def batches(items: Iterable[str]) -> Iterable[list[str]]:
-    """Items in lists short enough for one statement."""
-    items = list(items)
-    starts = range(0, len(items), ROWS_PER_STATEMENT)
-    return (items[start : start + ROWS_PER_STATEMENT] for start in starts)
+def batches(items: Iterable[Item], size: int = ROWS_PER_STATEMENT) -> Iterator[list[Item]]:
+    """Items in lists of limited size, by default short enough for one statement."""
+    left = iter(items)
+    while batch := list(islice(left, size)):
+        yield batch

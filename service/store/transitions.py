@@ -11,7 +11,6 @@ until it is replaced, and the run goes back to it if the new attempt fails or is
 import secrets
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
@@ -19,6 +18,7 @@ from service.records.jobs import (
     ACTIVE,
     KEPT_BY,
     TERMINAL,
+    AttemptProgress,
     Cause,
     CrashCount,
     Keep,
@@ -60,7 +60,7 @@ _IS_HELD = sa.and_(
 )
 
 
-def _held(lease: Lease) -> dict[str, Any]:
+def _held(lease: Lease) -> dict[str, str | int]:
     return {"held_id": lease.id, "held_attempt": lease.attempt, "held_term": lease.term}
 
 
@@ -81,15 +81,15 @@ def renew_lease(connection: sa.Connection, lease: Lease, term: int) -> Lease | N
     return None if row is None else lease_record(row)
 
 
-def note_progress(connection: sa.Connection, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+def note_progress(connection: sa.Connection, news: Sequence[tuple[Lease, AttemptProgress]]) -> None:
     """Running or cancelling stays: note the last message of each attempt, and the step of its last checkpoint."""
     progress = {name: sa.bindparam(f"new_{name}", type_=JOBS.c[name].type) for name in NO_PROGRESS}
     rows = [
         {
             **_held(lease),
-            "new_fraction": float(message.get("fraction") or 0.0),
-            "new_seconds": float(message["seconds"]),
-            "new_progress": dict(message),
+            "new_fraction": message.get("fraction", 0.0),
+            "new_seconds": message["seconds"],
+            "new_progress": message,
         }
         for lease, message in news
     ]
@@ -105,20 +105,21 @@ def finish(connection: sa.Connection, lease: Lease, result: Result, moment: date
 
     Returns the scenario and the cost of the run.
     """
-    end: dict[str, Any] = {
-        "cause": None if result.succeeded else Cause.VERDICT,
-        "failure": result.failure,
-        "reason": result.reason,
-        "summary": dict(result.summary),
-        "path": result.answer.path,
-        "size": result.answer.size,
-        "sha256": result.answer.sha256,
-        "seconds": result.seconds,
-        "fraction": 1.0,
-        "checkpoint": None,
-    }
     state = State.SUCCEEDED if result.succeeded else State.FAILED
-    return _end(connection, lease, moment, state, {**end, "state": state})
+    end = JOBS.update().values(
+        state=state,
+        cause=None if result.succeeded else Cause.VERDICT,
+        failure=result.failure,
+        reason=result.reason,
+        summary=result.summary,
+        path=result.answer.path,
+        size=result.answer.size,
+        sha256=result.answer.sha256,
+        seconds=result.seconds,
+        fraction=1.0,
+        checkpoint=None,
+    )
+    return _end(connection, lease, moment, state, end)
 
 
 def fail(
@@ -129,12 +130,8 @@ def fail(
     ``why`` has cause, failure and reason. Returns the path of the result that is there. The checkpoint stays, for a
     retry.
     """
-    end = {
-        "state": sa.type_coerce(_given_up(State.FAILED), JOBS.c.state.type),
-        "keep": _retention_if(sa.true()),
-        **_unless_result(**why),
-        **_counted(crashes),
-    }
+    end = JOBS.update().values(_counted(crashes) | _unless_result(**why))
+    end = end.values(state=sa.type_coerce(_given_up(State.FAILED), JOBS.c.state.type), keep=_retention_if(sa.true()))
     return _end(connection, lease, moment, State.FAILED, end)
 
 
@@ -178,13 +175,13 @@ def lease_record(row: StatementRow) -> Lease:
 
 
 def _end(
-    connection: sa.Connection, lease: Lease, moment: datetime, state: State, values: Mapping[str, Any]
+    connection: sa.Connection, lease: Lease, moment: datetime, state: State, end: sa.Update
 ) -> StatementRow | None:
-    end = JOBS.update().where(_IS_HELD, JOBS.c.state.in_(before(state))).values(**values, finished=moment)
+    end = end.where(_IS_HELD, JOBS.c.state.in_(before(state))).values(finished=moment)
     return connection.execute(end.returning(JOBS.c.path, JOBS.c.scenario, JOBS.c.cost), _held(lease)).first()
 
 
-def _counted(crashes: CrashCount | None) -> dict[str, Any]:
+def _counted(crashes: CrashCount | None) -> dict[str, int]:
     """The columns of the crashes of a job; none where no crash is counted."""
     return {} if crashes is None else {"crashes": crashes.crashes, "crash_step": crashes.step}
 
@@ -224,7 +221,7 @@ def retry(
     again = JOBS.c.id.in_(own) & may_be_retried(keep, verdicts=verdicts)
     without_result = sa.select(JOBS.c.id).where(again, sa.not_(HAS_RESULT))
     connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(without_result)))
-    queue = JOBS.update().where(again).values(_queued(moment)).values(crashes=0, crash_step=None)
+    queue = _queued(JOBS.update().where(again), moment).values(crashes=0, crash_step=None)
     count = connection.execute(queue.values(priority=priority, owner=owner, virtual_time=LAST)).rowcount
     invalidate_tallies(connection, count)
     less = JOBS.update().where(JOBS.c.id.in_(own), JOBS.c.keep.not_in(at_least(keep)))
@@ -240,7 +237,7 @@ def queue_for_film(connection: sa.Connection, lease: Lease, moment: datetime) ->
         is_wanted = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
         film = sa.exists().where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name == FILM)
         again = JOBS.update().where(JOBS.c.id == lease.id, is_wanted, sa.not_(film))
-        connection.execute(again.values(_queued(moment)).values(crashes=0, crash_step=None))
+        connection.execute(_queued(again, moment).values(crashes=0, crash_step=None))
 
 
 # Only rows that still have the results that were found to be lost.
@@ -262,14 +259,14 @@ def forget_results(connection: sa.Connection, results: Mapping[str, str]) -> Non
 
 def compute_again(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> int:
     """Ended to queued: those runs, among ``which``, that sweeps wait for; return their number."""
-    again = JOBS.update().where(which, IS_WANTED).values(_queued(moment))
+    again = _queued(JOBS.update().where(which, IS_WANTED), moment)
     return connection.execute(again.values({**MOVED, "virtual_time": LAST})).rowcount
 
 
-def _queued(moment: datetime) -> dict[str, Any]:
-    """Values of a run that is computed again; one with a result keeps what is said of it."""
-    of_last_end = {"fraction": None, "finished": None, **_unless_result(cause=None, failure=None, reason=None)}
-    return {"state": State.QUEUED, "queued": moment, **of_last_end}
+def _queued(update: sa.Update, moment: datetime) -> sa.Update:
+    """Let runs be computed again; one with a result keeps what is said of it."""
+    update = update.values(state=State.QUEUED, queued=moment, fraction=None, finished=None)
+    return update.values(_unless_result(cause=None, failure=None, reason=None))
 
 
 # --- cancel --------------------------------------------------------------------------------------
@@ -320,18 +317,36 @@ def _given_up(otherwise: State) -> sa.Case[str]:
     )
 
 
-def _retention_if(is_given_up: sa.ColumnElement[bool]) -> sa.Case[Any]:
+def _retention_if(is_given_up: sa.ColumnElement[bool]) -> sa.Case[Keep]:
     """Retention of a job: that of the files that are there, once it goes back to its earlier result."""
     goes_back = sa.and_(is_given_up, HAS_RESULT)
     return sa.case((goes_back, sa.literal(Keep.NUMBERS, JOBS.c.keep.type)), else_=JOBS.c.keep)
 
 
-def _unless_result(**values: Any) -> dict[str, sa.ColumnElement[Any]]:
+def _unless_result(**values: str | None) -> dict[str, sa.Case[str | None]]:
     """Values for the row of a job without a result; the row of one with a result keeps its own."""
     return {
         name: sa.case((HAS_RESULT, JOBS.c[name]), else_=sa.literal(value, JOBS.c[name].type))
         for name, value in values.items()
     }
+
+
+def leave_runs(connection: sa.Connection, sweep_id: str, moment: datetime) -> None:
+    """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
+    others = (
+        sa.select(SWEEPS.c.owner)
+        .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        .where(POINTS.c.run_id == JOBS.c.id, POINTS.c.sweep_id != sweep_id)
+        .correlate(JOBS)
+    )
+    stays = others.where(SWEEPS.c.owner == JOBS.c.owner).exists()
+    next_owner = others.order_by(SWEEPS.c.number).limit(1).scalar_subquery()
+    connection.execute(
+        JOBS.update()
+        .where(JOBS.c.id.in_(runs_of(sweep_id)))
+        .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
+        .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
+    )
 
 
 # --- publications --------------------------------------------------------------------------------

@@ -1,11 +1,16 @@
 """An attempt as an engine receives it, and the messages that the engine sends about it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from queue import SimpleQueue
-from typing import Any, Self
+from typing import TYPE_CHECKING, NotRequired, Self, TypedDict, final
 
-from service.records.jobs import Cause, Keep, Kind, Stored
+from service.records.jobs import AttemptProgress, Cause, Keep, Kind, Outcome, Stored
+
+if TYPE_CHECKING:
+    from pydantic import JsonValue
+
+    from studies.runs.run import RunSpec
 
 LONGEST_REASON = 4000  # characters in a row
 
@@ -23,6 +28,16 @@ def legible(text: str) -> str:
     return f"{whole[: LONGEST_REASON // 2]} ... {whole[-LONGEST_REASON // 2 :]}"
 
 
+@final
+class Publication(TypedDict):
+    """What the cube and the report of a sweep are made of."""
+
+    document: "Mapping[str, JsonValue]"
+    outcomes: Sequence[Outcome]
+    # The coordinates of each point and the id of its run, where another physics expanded the sweep.
+    places: NotRequired[Sequence[tuple[Mapping[str, float | str], str]]]
+
+
 @dataclass(frozen=True)
 class Attempt:
     """One attempt at a job: where it is computed, from what, and within which limits."""
@@ -30,7 +45,7 @@ class Attempt:
     key: str  # key of the lease: the attempt's name for the engine
     kind: Kind
     directory: str  # of the attempt; files go here
-    spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep
+    spec: "RunSpec | Publication"
     seconds_limit: float  # wall clock
     targets: str | None  # a module in place of ``warm_process.TARGETS``
     run: str | None = None  # id of the run as submitted; another version of the code may differ
@@ -68,7 +83,7 @@ class Ended:
 @dataclass(frozen=True)
 class ProgressMessage:
     key: str
-    progress: Mapping[str, Any]  # "seconds": wall clock; "checkpoint": step of the last one, if any
+    progress: AttemptProgress
 
 
 @dataclass(frozen=True)
@@ -84,5 +99,33 @@ class Back:
 
 
 Message = Ended | ProgressMessage | Away | Back
-RawMessage = Mapping[str, Any]  # as a pipe carries it
 Inbox = SimpleQueue[Message | None]
+
+
+class ErrorReport(TypedDict):
+    """An exception that ended an attempt."""
+
+    failure: str  # its class
+    reason: str
+    errno: int | None
+    memory: bool  # whether it is a lack of memory
+
+
+class Report(TypedDict, total=False):
+    """A message of a warm process, as ``service.workers.warm_process`` describes it."""
+
+    accepted: str
+    progress: AttemptProgress
+    stepped: bool
+    done: bool
+    left: bool
+    error: ErrorReport
+    dirty: bool
+
+
+class Order(TypedDict, total=False):
+    """A message to a warm process."""
+
+    attempt: Attempt
+    stop: bool
+    leave: bool

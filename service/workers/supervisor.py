@@ -11,20 +11,19 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from service.files.artifacts import LOG, OF_A_RUN, describe
 from service.files.disk_space import free_bytes
-from service.records.jobs import Cause, Kind, Stored
-from service.workers.attempt import Attempt, Ending
-from service.workers.stall import StallClock
+from service.records.jobs import AttemptProgress, Cause, Kind, Stored
+from service.workers.attempt import Attempt, Ending, Report
 from service.workers.timings import DEFAULT, Timings
-from service.workers.warm import RawMessage, Slot, WarmProcess
+from service.workers.warm import Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
 from studies.quantities.files import ALL_RUNS_CSV, RESULT, SWEEP_FILES
 
-SendProgress = Callable[[RawMessage], None]
+SendProgress = Callable[[AttemptProgress], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
@@ -40,6 +39,43 @@ CUT = b"\n... (here the log was too long)\n"
 AT_THE_LIMIT = 0.9
 LOG_END = 4096
 OUT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot allocate memory")
+
+# An attempt has stalled after so many times its longest interval between two messages.
+PATIENCE = 10.0
+
+# Kernels are compiled and cubes are written without a message: a process that is busy for this share of the least limit
+# has not stalled. A run that has begun its steps but takes none, however busy, has, after ``PATIENCE`` as long again.
+BUSY_SHARE = 0.01
+
+# A look at the attempt that comes later than this was frozen itself, with its machine or container (s).
+LONGEST_LOOK = 1.0
+
+
+@dataclass
+class StallClock:
+    """The time since an attempt was last heard, as far as it was watched."""
+
+    least: float  # s, until it has stalled
+    longest: float = 0.0  # interval between two messages, s
+    quiet: float = 0.0  # since the last message, s
+    idle: float = 0.0  # since the last message or work, s
+    used: float = 0.0  # processor seconds when it was last seen at work
+
+    def pass_by(self, seconds: float) -> None:
+        """Let the time since the last look pass."""
+        seconds = min(seconds, LONGEST_LOOK)
+        self.quiet, self.idle = self.quiet + seconds, self.idle + seconds
+
+    def hear(self) -> None:
+        self.longest = max(self.longest, self.quiet)
+        self.quiet = self.idle = 0.0
+
+    def has_run_out(self, *, used: float, has_steps: bool) -> bool:
+        """Whether the attempt has stalled; ``used``: the processor seconds of its process."""
+        if used - self.used >= BUSY_SHARE * self.least:
+            self.used, self.idle = used, 0.0
+        limit = max(self.least, PATIENCE * self.longest)
+        return self.idle > limit or (has_steps and self.quiet > PATIENCE * limit)
 
 
 class Supervisor:
@@ -59,7 +95,7 @@ class Supervisor:
         self._directory = Path(attempt.directory)
         self._begin = self._cut_log = 0.0  # monotonic: of the attempt, and of the last look at its log
         self._sent = -math.inf
-        self._progress: dict[str, Any] = {}  # the last; with the step of the last checkpoint
+        self._progress: AttemptProgress = {}  # the last; with the step of the last checkpoint
         self._is_accepted = False  # by the process: from here on its death is the run's own
         self._stall = StallClock(attempt.stall_seconds)
         self._most_data = 0  # bytes that the process was seen to hold
@@ -135,7 +171,7 @@ class Supervisor:
 
     # --- while it is under way -------------------------------------------------------------------
 
-    def _watch(self, process: WarmProcess) -> RawMessage | None:
+    def _watch(self, process: WarmProcess) -> Report | None:
         """The message that ends the attempt; None: the process ended without one."""
         timings, kill_at = self._timings, math.inf
         limit = self._begin + self._attempt.seconds_limit
@@ -170,7 +206,7 @@ class Supervisor:
                 process.send({"stop": True})
                 kill_at = now + timings.stop_grace
 
-    def _note(self, message: RawMessage) -> None:
+    def _note(self, message: Report) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""
         self._stall.hear()
         self._is_accepted = self._is_accepted or "accepted" in message
@@ -185,7 +221,7 @@ class Supervisor:
 
     # --- how it ended ----------------------------------------------------------------------------
 
-    def _judge(self, last: RawMessage) -> Ending:
+    def _judge(self, last: Report) -> Ending:
         """The ending, from the last message."""
         if "done" in last:  # also if it was about to be stopped
             missing = self._missing()

@@ -16,9 +16,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
-from service.workers.attempt import Attempt, RawMessage
+from service.workers.attempt import Attempt, Order, Report
 from service.workers.timings import DEFAULT
 
 log = logging.getLogger(__name__)
@@ -61,11 +60,11 @@ class WarmProcess:
 
     def compute(self, attempt: Attempt) -> None:
         self.attempts += 1
-        self.send({"attempt": asdict(attempt)})
+        self.send({"attempt": attempt})
 
-    def send(self, message: RawMessage) -> None:
+    def send(self, message: Order) -> None:
         """Send a message as far as the process reads now; ``receive`` sends the rest."""
-        self._unsent += json.dumps(message).encode() + b"\n"
+        self._unsent += json.dumps(message, default=asdict).encode() + b"\n"
         self._go_on_sending()
 
     def _go_on_sending(self) -> None:
@@ -80,12 +79,12 @@ class WarmProcess:
         elif is_registered and not self._unsent:
             self._selector.unregister(self._stdin)
 
-    def receive(self, seconds: float) -> list[RawMessage]:
+    def receive(self, seconds: float) -> list[Report]:
         """The messages that arrive within ``seconds``; returns early when data is sent or read."""
         if not self._selector.get_map():  # its stdout has ended
             time.sleep(seconds)
             return []
-        ready = self._ready(seconds)
+        ready = [key.fileobj for key, _ in self._selector.select(seconds)]
         if self._stdin in ready:
             self._go_on_sending()
         if self._stdout not in ready:
@@ -98,11 +97,7 @@ class WarmProcess:
 
     def has_more(self) -> bool:
         """Whether there is a message now; a fork of the process may keep its stdout open."""
-        return self._stdout in self._ready(0.0)
-
-    def _ready(self, seconds: float) -> list[Any]:
-        """The pipes of the process that can be read or written within ``seconds``."""
-        return [key.fileobj for key, _ in self._selector.select(seconds)]
+        return any(key.fileobj is self._stdout for key, _ in self._selector.select(0.0))
 
     def is_alive(self) -> bool:
         """Whether it has not ended; an ended process is not reaped, so that its id stays taken."""
@@ -157,10 +152,11 @@ class Slot:
         if process is None:
             with suppress(IndexError):
                 process = self._ready.pop()
-        if process is not None and not process.is_alive():
+        if process is not None:
+            if process.is_alive():
+                return process
             process.end(self._kill_wait)
-            process = None
-        return process or WarmProcess()
+        return WarmProcess()
 
     def release(self, process: WarmProcess) -> None:
         """Keep a clean process for the next attempt, unless it has computed enough of them."""

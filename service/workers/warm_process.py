@@ -1,14 +1,8 @@
 """The warm process of a slot: computes attempt after attempt, until its stdin ends.
 
 Imports are paid once. Each attempt gets its folder, where its log goes too, and its own memory limit; what it changes
-of the process is put back behind it. One JSON object a line:
-
-* stdin: ``{"attempt": ...}``; ``{"stop": true}``: end at once; ``{"leave": true}``: write a checkpoint and end the
-  attempt. The end of stdin ends the process.
-* stdout: ``{"accepted": key}``, ``{"progress": {...}}`` (``checkpoint``: the step of the last one), ``{"stepped": {}}``
-  (at most once a second, after a step), and for the end of
-  an attempt one of ``{"done": {}}``, ``{"left": {}}``, ``{"error": {"failure", "reason", "errno", "memory"}}``, each
-  with ``"dirty"``: whether the attempt left threads or processes behind.
+of the process is put back behind it. Stdin brings an ``Order`` a line, as JSON, and its end ends the process; stdout
+takes a ``Report`` a line.
 """
 
 import ctypes
@@ -26,22 +20,24 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING
 
 from service import memory
 from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
-from service.records.jobs import Keep, Kind
-from service.workers.attempt import RawMessage
+from service.records.jobs import AttemptProgress, Keep, Kind, Outcome
+from service.workers.attempt import Attempt, Report
 from solver.errors import Interrupted
 from studies.quantities.files import SECTIONS
-from studies.runs.results import RunControl
+from studies.runs.results import Progress, RunControl
 
-Send = Callable[[RawMessage], None]
+if TYPE_CHECKING:
+    from pydantic import JsonValue
+
+Send = Callable[[Report], None]
 
 # The module that computes each kind of job.
 TARGETS = {Kind.RUN: "studies.runs.execution", Kind.PUBLISH: "studies.reports.publish"}
@@ -66,41 +62,45 @@ def main() -> None:
             import_module(module)
     while True:
         attempt = listener.attempts.get()
-        send({"accepted": attempt["key"]})
+        send({"accepted": attempt.key})
         last = _compute(attempt, send, listener.leave.is_set)
         send({**last, "dirty": _is_dirty()})
-        _give_memory_back()
+        # The memory of an attempt does not count against the next one. What outlives it, modules above all, is frozen:
+        # to collect it again takes longer (90 ms, 2026-11) than a small run.
+        gc.collect()
+        gc.freeze()
+        memory.give_back()
 
 
 # --- one attempt ---------------------------------------------------------------------------------
 
 
-def _compute(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> RawMessage:
+def _compute(attempt: Attempt, send: Send, must_stop: Callable[[], bool]) -> Report:
     """Compute an attempt; the message that ends it."""
     try:
-        with _restored_process(), _logged(Path(attempt["directory"])), _memory_limit(attempt["memory_limit"]):
+        with _restored_process(), _logged(Path(attempt.directory)), _memory_limit(attempt.memory_limit):
             perform(attempt, send, must_stop)
     except Interrupted:
-        return {"left": {}}
+        return {"left": True}
     except BaseException as error:  # whatever it is, the supervisor reports it
-        report = {"failure": type(error).__name__, "reason": str(error)}
         code = getattr(error, "errno", None)
-        return {"error": {**report, "errno": code, "memory": _is_want_of_memory(error)}}
-    return {"done": {}}
+        is_memory = _is_want_of_memory(error)
+        return {"error": {"failure": type(error).__name__, "reason": str(error), "errno": code, "memory": is_memory}}
+    return {"done": True}
 
 
-def perform(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> None:
+def perform(attempt: Attempt, send: Send, must_stop: Callable[[], bool]) -> None:
     """Compute a run, or publish a sweep, into the folder of the attempt."""
-    kind, spec, directory = Kind(attempt["kind"]), attempt["spec"], Path(attempt["directory"])
-    target = import_module(attempt["targets"] or TARGETS[kind])
-    if kind is Kind.PUBLISH:
-        answers = _answers(spec["outcomes"], directory)
+    spec, directory = attempt.spec, Path(attempt.directory)
+    target = import_module(attempt.targets or TARGETS[attempt.kind])
+    if "outcomes" in spec:
+        outcomes = spec["outcomes"]
         places = {"places": spec["places"]} if "places" in spec else {}
-        target.publish(spec["document"], answers, directory, _sections(spec["outcomes"]), **places)
+        target.publish(spec["document"], _answers(outcomes, directory), directory, _sections(outcomes), **places)
         return
     run = target.Run.from_json(spec)
-    if attempt["run"] not in (None, run.id):
-        target.refuse(attempt["run"], directory)
+    if attempt.run not in (None, run.id):
+        target.refuse(attempt.run, directory)
         return
     stepped = 0.0  # monotonic: of the last message about it
 
@@ -109,11 +109,11 @@ def perform(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> N
         now = time.monotonic()
         if now - stepped >= STEP_INTERVAL:
             stepped = now
-            send({"stepped": {}})
+            send({"stepped": True})
         return must_stop()
 
     control = RunControl(
-        progress=lambda progress: send({"progress": _finite(asdict(progress))}),
+        progress=lambda progress: send({"progress": _finite(progress)}),
         log=_log,
         checkpointed=lambda step: send({"progress": {"checkpoint": step}}),
         must_stop=after_step,
@@ -122,9 +122,9 @@ def perform(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> N
         run,
         directory,
         control,
-        threads=attempt["threads"],
-        checkpoint=Path(attempt["checkpoint"]) if attempt["checkpoint"] else None,
-        film=attempt["keep"] == Keep.FILM,
+        threads=attempt.threads,
+        checkpoint=Path(attempt.checkpoint) if attempt.checkpoint else None,
+        film=attempt.keep == Keep.FILM,
     )
 
 
@@ -134,10 +134,10 @@ def _log(line: str) -> None:
         print(line, flush=True)
 
 
-def _answers(outcomes: Iterable[RawMessage], directory: Path) -> dict[str, RawMessage]:
+def _answers(outcomes: Iterable[Outcome], directory: Path) -> "dict[str, Mapping[str, JsonValue]]":
     """The result of each run of a sweep, or why there is none; raises ResultsLost."""
     registered = [
-        Loss(outcome["run_id"], outcome["path"], outcome["sha256"]) for outcome in outcomes if outcome["path"]
+        Loss(outcome["run_id"], outcome["path"], outcome["sha256"] or "") for outcome in outcomes if outcome["path"]
     ]
     if losses := [result for result in registered if result.is_real()]:
         leave_list(losses, directory)
@@ -149,17 +149,24 @@ def _answers(outcomes: Iterable[RawMessage], directory: Path) -> dict[str, RawMe
     }
 
 
-def _sections(outcomes: Iterable[RawMessage]) -> dict[str, Path]:
+def _sections(outcomes: Iterable[Outcome]) -> dict[str, Path]:
     """The sections of each run that has kept them, beside its result."""
     files = {outcome["run_id"]: Path(outcome["path"]).with_name(SECTIONS) for outcome in outcomes if outcome["path"]}
     return {id: file for id, file in files.items() if file.is_file()}
 
 
-def _finite(value: Any) -> Any:
-    """A value with None in place of NaN and infinity, which JSON does not have."""
-    if isinstance(value, Mapping):
-        return {name: _finite(item) for name, item in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _finite(progress: Progress) -> AttemptProgress:
+    """The progress of a run with None in place of NaN and infinity, which JSON does not have."""
+    measured = {name: value if math.isfinite(value) else None for name, value in progress.measured.items()}
+    left = progress.eta_seconds
+    return {
+        "time": progress.time,
+        "end_time": progress.end_time,
+        "step": progress.step,
+        "fraction": progress.fraction,
+        "eta_seconds": left if left is not None and math.isfinite(left) else None,
+        "measured": measured,
+    }
 
 
 def _is_want_of_memory(error: BaseException | None) -> bool:
@@ -249,17 +256,6 @@ def _is_dirty() -> bool:
     return True
 
 
-def _give_memory_back() -> None:
-    """Free the memory of an attempt, so that it does not count against the next one.
-
-    What outlives an attempt, modules above all, is frozen: to collect it again takes longer (90 ms, 2026-11) than a
-    small run.
-    """
-    gc.collect()
-    gc.freeze()
-    memory.give_back()
-
-
 # --- the process ---------------------------------------------------------------------------------
 
 
@@ -269,26 +265,24 @@ class _Listener(threading.Thread):
     def __init__(self, descriptor: int):
         super().__init__(name="listener", daemon=True)
         self._descriptor = descriptor
-        self.attempts: SimpleQueue[RawMessage] = SimpleQueue()
+        self.attempts: SimpleQueue[Attempt] = SimpleQueue()
         self.leave = threading.Event()
 
     def run(self) -> None:
         try:
             with os.fdopen(self._descriptor, "rb") as lines:
                 for line in lines:
-                    self._receive(json.loads(line))
+                    message = json.loads(line)
+                    if "stop" in message:
+                        os._exit(STATUS_STOPPED)
+                    if "leave" in message:
+                        self.leave.set()
+                    if "attempt" in message:
+                        self.leave.clear()
+                        self.attempts.put(Attempt(**message["attempt"]))
         except MemoryError:
             os._exit(STATUS_MEMORY)
         os._exit(STATUS_ORPHAN)
-
-    def _receive(self, message: RawMessage) -> None:
-        if "stop" in message:
-            os._exit(STATUS_STOPPED)
-        if "leave" in message:
-            self.leave.set()
-        if "attempt" in message:
-            self.leave.clear()
-            self.attempts.put(message["attempt"])
 
 
 def die_with_parent() -> None:
@@ -305,7 +299,7 @@ def _take_pipes() -> tuple[int, Send]:
     stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def send(message: RawMessage) -> None:
+    def send(message: Report) -> None:
         try:
             print(json.dumps(message), file=stdout, flush=True)
         except BrokenPipeError:  # the supervisor has ended

@@ -33,17 +33,15 @@ minus the impulse times the mean of the relative velocities before and after. Th
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from solver.grid.faces import fold_vectors, mirror_vectors
-from solver.grid.nodes import FORCE, node_place, node_strides
+from solver.grid.nodes import Nodes, node_place, node_strides
 from solver.grid.shapes import width
-from solver.grid.transfer import scatter_surface
 from solver.jit import device, kernel
-from solver.problem import Criterion, Problem
-from solver.problem.geometry import dimensions, unpacked
+from solver.problem import Contact, Criterion, Problem
+from solver.problem.geometry import dimensions, triple, unpacked
 from solver.state import DENSITY, MASS, X
 from solver.steps.space import PACK, WIDEST, Pack, find_nodes, opened
 from solver.vectors import element, number
@@ -87,44 +85,38 @@ class BodySize(NamedTuple):
 
 
 class NodalContact:
-    """Contact between the velocity fields of a problem (``step.Field``, a body each), pair after pair."""
+    """Contact between the velocity fields of a problem, a body each, pair after pair."""
 
-    def __init__(self, problem: Problem, fields: Sequence[Any]):
-        assert problem.contact is not None
-        self.problem, self.contact, self.fields = problem, problem.contact, fields
-        self.knows_gap = self.contact.criterion == Criterion.GAP
-        nodes = len(fields[0].nodes.mass)
-        known = nodes if self.knows_gap else 0
-        self.sizes = [
-            BodySize(tuple(map(float, body.spacing)), float(body.density))  # type: ignore[arg-type]
-            for body in problem.bodies
-        ]
-        self.sides = [Side(*(getattr(field.nodes, name) for name in Side._fields)) for field in fields]
+    def __init__(self, problem: Problem, contact: Contact, nodes: Sequence[Nodes]):
+        self.problem, self.contact = problem, contact
+        count = len(nodes[0].mass)
+        known = count if contact.criterion == Criterion.GAP else 0
+        self.sizes = [BodySize(triple([*map(float, body.spacing)]), float(body.density)) for body in problem.bodies]
+        self.sides = [Side(*(getattr(own, name) for name in Side._fields)) for own in nodes]
         self.pairs = [
             (
                 first,
                 second,
                 ContactPair(
-                    np.zeros((nodes, 3)), np.zeros(1), np.zeros((known, 3)), np.zeros((known, 2)), np.zeros((known, 2))
+                    np.zeros((count, 3)), np.zeros(1), np.zeros((known, 3)), np.zeros((known, 2)), np.zeros((known, 2))
                 ),
             )
-            for first, second in itertools.combinations(range(len(fields)), 2)
+            for first, second in itertools.combinations(range(len(nodes)), 2)
         ]
 
     def add_forces(self, table: np.ndarray, shares: np.ndarray, pack: Pack, dt: float) -> None:
-        """Contact forces between fields whose mass, momentum and force are complete.
+        """Contact forces between fields whose mass, momentum, force and surface are complete.
 
         ``shares`` (s, bodies, 2) is where each body's particles begin and end in each share of the table.
         """
-        for field in self.fields:
-            self._scatter_surface(field, table, shares, pack)
+        geometry, shape = self.problem.geometry, self.problem.shape
+        ahead = 0.0 if self.contact.criterion == Criterion.MAPPED else dt
         for first, second, pair in self.pairs:
             one, other = self.sides[first], self.sides[second]
-            if self.knows_gap:
-                problem, sizes = self.problem, (self.sizes[first], self.sizes[second])
+            if pair.reach.size:
+                sizes = self.sizes[first], self.sizes[second]
                 ranges = np.ascontiguousarray(shares[:, [first, second]].swapaxes(0, 1))
-                measure_gaps(problem.geometry, problem.shape, pack, table, ranges, sizes, one, other, pair)
-            ahead = 0.0 if self.contact.criterion == Criterion.MAPPED else dt
+                measure_gaps(geometry, shape, pack, table, ranges, sizes, one, other, pair)
             add_contact_forces(one, other, pair, self.contact.friction, ahead, dt)
 
     def energy_removed(self) -> float:
@@ -141,16 +133,6 @@ class NodalContact:
         """Go on from what ``taken`` gave."""
         for (_, _, pair), energy in zip(self.pairs, taken, strict=True):
             pair.taken[0] = energy
-
-    def _scatter_surface(self, field: Any, table: np.ndarray, shares: np.ndarray, pack: Pack) -> None:
-        problem, areas = self.problem, field.nodes.areas
-        areas[:] = 0.0  # ghosts too, in whatever block
-        for share in range(len(field.tables)):  # into one table, so one after another
-            scatter_surface(
-                problem.geometry, problem.shape, pack, table, shares[share, field.bodies], areas, field.touched[0]
-            )
-        fold_vectors(field.closed, areas, FORCE)
-        mirror_vectors(field.closed, areas, FORCE)
 
 
 @kernel

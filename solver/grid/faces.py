@@ -7,13 +7,14 @@ ghosts is momentum given by the face, accumulated as its impulse. Faces stand st
 does nothing: its ghosts are nodes like all others.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from solver.grid.nodes import ACCELERATION, BEFORE, BLOCK, FORCE, MOMENTUM, layer_nodes, node_positions
 from solver.jit import device, kernel
 from solver.problem import Clamp, Face
+from solver.problem.geometry import Geometry
 from solver.steps.space import VELOCITY
 
 _WALL = int(Face.WALL)
@@ -49,7 +50,7 @@ class Closed(NamedTuple):
     near_start: np.ndarray  # (4,) where each axis begins in ``near``, and how many there are
 
 
-def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Clamp) -> Closed:
+def closed_nodes(geometry: Geometry, faces: tuple[tuple[Face, Face], ...], clamp: Clamp) -> Closed:
     """The nodes at the closed faces of a grid."""
     layers = [
         [
@@ -91,7 +92,7 @@ _NO_LAYER: dict[str, np.ndarray] = {
 }
 
 
-def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dict[str, np.ndarray]:
+def _layer(geometry: Geometry, axis: int, side: int, kind: Face, clamp: Clamp) -> dict[str, np.ndarray]:
     """The nodes at one closed face."""
     face = layer_nodes(geometry, axis, side, 0)
     closed = np.full(face.size, CLOSED, np.uint8)

@@ -8,14 +8,14 @@ booked as an impulse.
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from solver.audit import BodyBalance, Books, Ledger, body_balances, left_behind
 from solver.grid.debris import clear_debris
 from solver.problem import Face, Problem
-from solver.problem.geometry import impact_axis
+from solver.problem.geometry import Geometry, impact_axis
 from solver.state import (
     HARDENED,
     NONE_DEPARTED,
@@ -50,7 +50,9 @@ class Flight(NamedTuple):
     angular_momentum_error: float
 
 
-def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: np.ndarray, bodies: int) -> Flight:
+def fly(
+    problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Geometry, shift: np.ndarray, bodies: int
+) -> Flight:
     """The flight from the end of a stage to the grid ``geometry`` of the next one.
 
     ``shift`` (3,) is the place of the next origin on the present grid, m. The next clock goes on from the end of this
@@ -68,7 +70,7 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
         ledger = ledger.with_particles(left_out, slice(None))
     turned = ((arriving[VX : VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
     nothing = views(arriving[:, :0]), departed.body[:0]
-    behind = [(each, each.body) for each in (missed, stays, late)]
+    behind = [(matter, matter.body) for matter in (missed, stays, late)]
     left = body_balances(problem.geometry, nothing, *behind, count=bodies)
     ahead = snapshot.time - float(time[0]) if time.size else 0.0
     return Flight(
@@ -129,7 +131,7 @@ def _late(problem: Problem, snapshot: Snapshot) -> Departed:
 
 
 def _entering(
-    problem: Problem, departed: Departed, geometry: Any, shift: np.ndarray
+    problem: Problem, departed: Departed, geometry: Geometry, shift: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which records (k,) come to the face of the next grid, when (k,), and their columns there, in that order."""
     axis, table = impact_axis(problem.geometry), columns(departed)
@@ -165,7 +167,7 @@ def flown_columns(problem: Problem, table: np.ndarray, passed: np.ndarray) -> np
     return table
 
 
-def is_on_grid(geometry: Any, position: np.ndarray) -> np.ndarray:
+def is_on_grid(geometry: Geometry, position: np.ndarray) -> np.ndarray:
     """Which places (n, 3) lie inside a grid."""
     cell = (position - geometry.lower) / geometry.spacing
     inside: np.ndarray = ((cell >= 0.0) & (cell < geometry.cells) | (geometry.cells == 0)).all(axis=1)

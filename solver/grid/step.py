@@ -18,10 +18,8 @@ velocities that the particles end with, so that their sums drift, and the audit 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +37,7 @@ from solver.grid.faces import (
 from solver.grid.loads import Loads
 from solver.grid.nodes import ACCELERATION, BEFORE, BLOCK, FORCE, empty_nodes
 from solver.grid.shapes.linear import Linear
-from solver.grid.transfer import StepDamping, StepWork, move_particles, scatter_smoothed, scatter_state
+from solver.grid.transfer import StepDamping, StepWork, move_particles, scatter_smoothed, scatter_state, scatter_surface
 from solver.jit import Bound, kernel
 from solver.problem import Problem, Scheme
 from solver.problem.geometry import dimensions, node_count
@@ -47,72 +45,127 @@ from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
 from solver.steps.points import CULPRIT, FAULT, OUTSIDE, PointUpdate, StateLimits
-from solver.steps.space import VELOCITY
+from solver.steps.space import VELOCITY, Pack
 from solver.steps.threads import ThreadPool
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
-def bound_kernels() -> Any:
-    """The kernels of each step by their names, bound to the types of one problem."""
-    return SimpleNamespace(**{each.__name__: Bound(each) for each in KERNELS})
+class Kernels:
+    """The kernels of each step, bound to the types of one problem."""
+
+    def __init__(self) -> None:
+        self.scatter_state = Bound(scatter_state)
+        self.add_lines = Bound(add_lines)
+        self.close_nodes = Bound(close_nodes)
+        self.solve_momentum = Bound(solve_momentum)
+        self.mirror_nodes = Bound(mirror_nodes)
+        self.add_ghost_impulse = Bound(add_ghost_impulse)
+        self.move_particles = Bound(move_particles)
+        self.close_mapped = Bound(close_mapped)
+        self.divide_mapped = Bound(divide_mapped)
+        self.clear_lines = Bound(clear_lines)
 
 
 class Field:
-    """One velocity field: its nodes, the closed faces around them, and which bodies move in it.
+    """One velocity field: its nodes, the closed faces around them, which bodies move in it, and its part of each stage.
 
-    Each share of the particles adds to a table of its own; the first is that of the nodes.
+    Each share of the particles adds to a table of its own, with the scratch of one of ``packs``; the first table is
+    that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: Any):
-        self.kernels = kernels
+    def __init__(self, problem: Problem, bodies: slice, kernels: Kernels, pool: ThreadPool, packs: Sequence[Pack]):
+        self.problem, self.bodies, self.kernels, self.pool, self.packs = problem, bodies, kernels, pool, packs
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
-        sparse = dimensions(problem.geometry) == 2
-        self.nodes = empty_nodes(
-            node_count(problem.geometry),
-            smooth=problem.damping.order > 1,
-            surface=problem.contact is not None,
-            sparse=sparse,
-        )
+        sparse, smooth = dimensions(problem.geometry) == 2, problem.damping.order > 1
+        count = node_count(problem.geometry)
+        self.nodes = empty_nodes(count, smooth=smooth, surface=problem.contact is not None, sparse=sparse)
         whole = len(self.nodes.mass)
-        self.tables = [self.nodes.state, *(lines(whole, sparse=sparse) for _ in range(1, shares))]
-        self.touched = np.zeros((shares, whole // BLOCK), np.uint8)
+        self.tables = [self.nodes.state, *(lines(whole, sparse=sparse) for _ in packs[1:])]
+        self.touched = np.zeros((len(packs), whole // BLOCK), np.uint8)
         self.blocks = np.zeros(0, np.int64)  # of nodes that particles touch in this step
         self.closed = closed_nodes(problem.geometry, problem.faces, problem.clamp)
-        self.lost = np.zeros((shares, 4))
-        self.bodies = bodies
+        self.lost = np.zeros((len(packs), 4))
         ours = range(len(problem.bodies))[bodies]
         self.dashpots = [dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours]
         self.loads = Loads(problem, ours)
 
-    def gathered(self, pool: ThreadPool) -> None:
-        """Sum the tables of the shares in the first one, in their order."""
-        if len(self.tables) == 1:
-            return
-        for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
-            _over_blocks(pool, self.kernels.add_lines, marked(touched), self.nodes.state, table)
+    def scatter(self, partition: Partition) -> None:
+        """m, p and f at n from the particles."""
+        geometry, shape, table = self.problem.geometry, self.problem.shape, partition.table
+        ranges, tables, touched = partition.shares[:, self.bodies], self.tables, self.touched
+        self.pool.run(
+            lambda share: self.kernels.scatter_state(
+                geometry, shape, self.packs[share], table, ranges[share], tables[share], touched[share]
+            ),
+            range(len(tables)),
+        )
+        self._sum_shares()
+        if len(tables) > 1:
+            np.bitwise_or.reduce(touched, axis=0, out=touched[0])
+        self.blocks = marked(touched[0])
+
+    def load(self, partition: Partition, time: float, dt: float, impulse: np.ndarray) -> None:
+        """f at n with loads, faces and absorbing surfaces."""
+        if not self.loads.is_idle:
+            impulse += self.loads.add(self.nodes, partition.table, partition.shares, time=time, dt=dt)
+        self.close(dt, impulse)
+        for surface in self.dashpots:
+            absorb(surface, self.nodes, dt, impulse)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        touched = self.touched[0]
-        self.kernels.close_nodes(self.closed, touched, self.nodes.state, dt, impulse)
+        self.kernels.close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
         if dt and not self.loads.is_idle:
             fold_vectors(self.closed, self.loads.table, FORCE)
 
-    def load(self, partition: Partition, time: float, dt: float, impulse: np.ndarray) -> None:
-        """Forces of tractions and gravity, folded with the faces' own."""
-        if self.loads.is_idle:
-            return
-        impulse += self.loads.add(self.nodes, partition.table, partition.shares, time=time, dt=dt)
+    def scatter_surface(self, partition: Partition) -> None:
+        """Outward areas of the body at n."""
+        geometry, shape, areas = self.problem.geometry, self.problem.shape, self.nodes.areas
+        areas[:] = 0.0  # ghosts too, in whatever block
+        for ranges in partition.shares[:, self.bodies]:  # into one table, so one after another
+            scatter_surface(geometry, shape, self.packs[0], partition.table, ranges, areas, self.touched[0])
+        fold_vectors(self.closed, areas, FORCE)
+        mirror_vectors(self.closed, areas, FORCE)
 
-    def work(self, dt: float) -> float:
-        """Work of tractions and gravity in the step, J."""
-        return 0.0 if self.loads.is_idle else self.loads.work(self.nodes, dt)
+    def solve(self, dt: float) -> None:
+        """v and a at n, and v at n+1; the ghosts' too."""
+        nodes = self.nodes
+        self._over_blocks(self.kernels.solve_momentum, nodes.state, nodes.motion, nodes.mapped, dt)
+        self.mirror()
 
-    def absorb(self, dt: float, impulse: np.ndarray) -> None:
-        """Forces of the absorbing surfaces."""
-        for surface in self.dashpots:
-            absorb(surface, self.nodes, dt, impulse)
+    def smooth(self, partition: Partition) -> None:
+        """v at n seen through the particles once more."""
+        geometry, shape, nodes = self.problem.geometry, self.problem.shape, self.nodes
+        nodes.smoothed[:] = 0.0  # ghosts too, in whatever block
+        for ranges in partition.shares[:, self.bodies]:
+            scatter_smoothed(geometry, shape, self.packs[0], partition.table, ranges, nodes.motion, nodes.smoothed)
+        fold_vectors(self.closed, nodes.smoothed, VELOCITY)
+        self._over_blocks(divide_mapped, nodes.state, nodes.smoothed, nodes.smoothed)
+        mirror_vectors(self.closed, nodes.smoothed, VELOCITY)
+
+    def move(self, partition: Partition, work: StepWork, damping: StepDamping, dt: float) -> None:
+        """x and v of the particles at n+1, and their p back on the nodes."""
+        geometry, shape, table = self.problem.geometry, self.problem.shape, partition.table
+        ranges, nodes, tables = partition.shares[:, self.bodies], self.nodes, self.tables
+        self.pool.run(
+            lambda share: self.kernels.move_particles(
+                geometry,
+                shape,
+                self.packs[share],
+                table,
+                ranges[share],
+                nodes.motion,
+                nodes.smoothed,
+                tables[share],
+                work,
+                damping,
+                dt,
+                self.lost[share],
+            ),
+            range(len(tables)),
+        )
+        self._sum_shares()
 
     def close_mapped(self) -> float:
         """Hold the faces in the momentum mapped back; returns the energy that walls and absorbers removed, J."""
@@ -121,30 +174,48 @@ class Field:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
+    def divide(self) -> None:
+        """v at n+1 from the momentum mapped back."""
+        self._over_blocks(self.kernels.divide_mapped, self.nodes.state, self.nodes.state, self.nodes.mapped)
+        self.mirror()
+
     def mirror(self) -> None:
         """Velocities of the ghosts."""
         self.kernels.mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
+
+    def clear(self) -> None:
+        """No mass on any node."""
+        self._over_blocks(self.kernels.clear_lines, self.nodes.state)
+        self.touched[:] = 0
+
+    def _sum_shares(self) -> None:
+        """Sum the tables of the shares in the first one, in their order."""
+        for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
+            self._over_blocks(self.kernels.add_lines, self.nodes.state, table, blocks=marked(touched))
+
+    def _over_blocks(
+        self, work: Callable[..., None], *arguments: np.ndarray | float, blocks: np.ndarray | None = None
+    ) -> None:
+        """A kernel over blocks of nodes, by default all that particles touch, cut into one range a thread."""
+        found = self.blocks if blocks is None else blocks
+        ranges = self.pool.ranges(found.size)
+        self.pool.run(lambda share: work(found[share[0] : share[1]], *arguments), ranges)
 
 
 class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
     def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
-        if problem.shape is None:
-            problem = replace(problem, shape=Linear())
-        self.problem = problem
-        self.pool = pool
-        self.kernels = bound_kernels()
+        self.problem = problem = problem if problem.shape else replace(problem, shape=Linear())
+        self.pool, self.kernels = pool, Kernels()
         self.points = PointUpdate(problem, limits, shares)
-        self.time = 0.0  # at n+1, s
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
-        bodies = len(problem.bodies)
-        apart = bodies if problem.contact else 1  # contact asks for a field a body
-        self.fields = [
-            Field(problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares, self.kernels)
-            for i in range(apart)
-        ]
-        self.contact = NodalContact(problem, self.fields) if problem.contact else None
+        count = len(problem.bodies)
+        bodies = [slice(i, i + 1) for i in range(count)] if problem.contact else [slice(0, count)]
+        self.fields = [Field(problem, ours, self.kernels, pool, self.points.packs) for ours in bodies]
+        self.contact = (
+            NodalContact(problem, problem.contact, [field.nodes for field in self.fields]) if problem.contact else None
+        )
 
     def carried(self) -> dict[str, np.ndarray]:
         """Arrays that pass from step to step beside the particles."""
@@ -157,38 +228,33 @@ class Stepper(Method):
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take the particles from n, at a time, to n+1."""
-        self.time = time + dt
-        scheme, impulse = self.problem.scheme, np.zeros(3)
-        if scheme == Scheme.USF:
-            self._update_first(partition, dt)
-        energy, contact, work = self._move(partition, dt, impulse)
-        if scheme == Scheme.USF:
+        problem, impulse, end = self.problem, np.zeros(3), time + dt
+        if problem.scheme == Scheme.USF:
+            self._strain_before(partition, end, dt)
+        energy, contact, work = self._move(partition, end, dt, impulse)
+        if problem.scheme == Scheme.USF:
             partition.table[X : Z + 1] = partition.table[NEW_X : NEW_Z + 1]
             self._check_positions(partition.particles.position)
             self.points.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
-            self._update(partition, dt, whole_work=0)  # sigma at n+1
-        tally = self.points.tally()
-        gone, reflected = 0, 0
+            self._strain(partition, end, dt, whole_work=0)
+        tally, gone, reflected = self.points.tally(), 0, 0
         if tally.outside:
-            gone, reflected = cross_faces(
-                self.problem.geometry, self.faces, self.problem.clamp, partition.particles, impulse
-            )
+            gone, reflected = cross_faces(problem.geometry, self.faces, problem.clamp, partition.particles, impulse)
         return StepBalance(impulse, energy, contact, work, gone, reflected, tally)
 
-    def _update_first(self, partition: Partition, dt: float) -> None:
-        """Stress at n+1 from the nodal velocities at n; the nodes are clear again."""
+    def _strain_before(self, partition: Partition, end: float, dt: float) -> None:
+        """sigma at n+1 from the nodal v at n; the nodes are clear again."""
         for field in self.fields:
-            self._scatter(field, partition)
+            field.scatter(partition)
             field.close(0.0, np.zeros(3))
-            self._solve(field, 0.0)
-            field.mirror()
-            self._clear(field)
+            field.solve(0.0)
+            field.clear()
         partition.table[NEW_X : NEW_Z + 1] = partition.table[X : Z + 1]
-        self._update(partition, dt, whole_work=1)
+        self._strain(partition, end, dt, whole_work=1)
 
-    def _move(self, partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
-        """x, v at n+1, and the nodal velocities that the strain takes.
+    def _move(self, partition: Partition, end: float, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
+        """x and v at n+1, and the nodal v that the strain takes.
 
         Returns the energy that damping, walls and absorbers removed, that which contact removed, and the loads' work.
         """
@@ -196,102 +262,51 @@ class Stepper(Method):
         damping = StepDamping(-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
         work = StepWork(0.0 if problem.scheme == Scheme.USF else 0.5, float(problem.viscosity.heating))
         for field in self.fields:
-            self._scatter(field, partition)  # m, p, f at n
-            field.load(partition, self.time - dt, dt, impulse)
-            field.close(dt, impulse)
-            field.absorb(dt, impulse)
+            field.scatter(partition)  # m, p, f at n
+            field.load(partition, end - dt, dt, impulse)
         if self.contact:
+            for field in self.fields:
+                field.scatter_surface(partition)
             self.contact.add_forces(partition.table, partition.shares, self.points.packs[0], dt)
         for field in self.fields:
-            self._solve(field, dt)  # v at n+1
-            field.mirror()
+            field.solve(dt)  # v at n+1
             self.kernels.add_ghost_impulse(field.closed, field.nodes.motion, dt, impulse)
             if damping.part > 0.0 and damping.order > 1.0:
-                self._smooth(field, partition)
-
-        def move(field: Field, share: int, ranges: np.ndarray) -> None:
-            to_nodes = problem.geometry, problem.shape, self.points.packs[share], partition.table, ranges
-            velocities = field.nodes.motion, field.nodes.smoothed, field.tables[share]
-            self.kernels.move_particles(*to_nodes, *velocities, work, damping, dt, field.lost[share])
-
+                field.smooth(partition)
         for field in self.fields:
-            self._over_shares(field, partition, move)
-            field.gathered(self.pool)
+            field.move(partition, work, damping, dt)  # x, v at n+1, and p at n+1
             if damping.part > 0.0:
                 impulse -= field.lost[:, :3].sum(axis=0)
                 energy += float(field.lost[:, 3].sum())
                 field.lost[:] = 0.0
             energy += field.close_mapped()
-            loaded += field.work(dt)
+            if not field.loads.is_idle:
+                loaded += field.loads.work(field.nodes, dt)
             if problem.scheme == Scheme.MUSL:
-                nodes = field.nodes
-                tables = nodes.state, nodes.state, nodes.mapped
-                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, *tables)
-                field.mirror()
+                field.divide()  # v at n+1
         if self.contact:
             contact = self.contact.energy_removed()
         for field in self.fields:
-            self._clear(field)
+            field.clear()
         return energy, contact, loaded
 
-    def _scatter(self, field: Field, partition: Partition) -> None:
+    def _strain(self, partition: Partition, end: float, dt: float, *, whole_work: int) -> None:
+        """sigma at n+1: each share's bodies one after another, because they have its pack in common."""
         problem = self.problem
+        mapped = [field.nodes.mapped for field in self.fields for _ in range(len(problem.bodies))[field.bodies]]
 
-        def scatter(field: Field, share: int, ranges: np.ndarray) -> None:
-            pack, tables = self.points.packs[share], (field.tables[share], field.touched[share])
-            self.kernels.scatter_state(problem.geometry, problem.shape, pack, partition.table, ranges, *tables)
+        def strain(share: int) -> None:
+            for body, velocities in enumerate(mapped):
+                place = share, body, partition.table, partition.shares[share, body].tolist()
+                self.points.update(problem.geometry, problem.viscosity, *place, velocities, end, dt, whole_work)
 
-        self._over_shares(field, partition, scatter)
-        field.gathered(self.pool)
-        if len(field.tables) > 1:
-            np.bitwise_or.reduce(field.touched, axis=0, out=field.touched[0])
-        field.blocks = marked(field.touched[0])
-
-    def _smooth(self, field: Field, partition: Partition) -> None:
-        """The nodal velocities seen through the particles once more."""
-        smoothed = field.nodes.smoothed
-        smoothed[:] = 0.0  # ghosts too, in whatever block
-        for share in range(len(field.tables)):
-            ranges = partition.shares[share, field.bodies]
-            geometry, shape = self.problem.geometry, self.problem.shape
-            motion = field.nodes.motion
-            scatter_smoothed(geometry, shape, self.points.packs[0], partition.table, ranges, motion, smoothed)
-        fold_vectors(field.closed, smoothed, VELOCITY)
-        _over_blocks(self.pool, divide_mapped, field.blocks, field.nodes.state, smoothed, smoothed)
-        mirror_vectors(field.closed, smoothed, VELOCITY)
+        self.pool.run(strain, range(len(self.points.packs)))
 
     def _check_positions(self, position: np.ndarray) -> None:
         """Report a position that is not finite: with USF particles move after their state was checked."""
         nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
         if nowhere.size and not self.points.tallies[:, FAULT].any():
             self.points.tallies[0, [FAULT, CULPRIT]] = 1.0, nowhere[0]
-
-    def _update(self, partition: Partition, dt: float, *, whole_work: int) -> None:
-        """Each share's bodies one after another, because they have its pack in common."""
-        problem = self.problem
-        pairs = [(field, body) for field in self.fields for body in range(len(problem.bodies))[field.bodies]]
-
-        def update(share: int) -> None:
-            for field, body in pairs:
-                where = share, body, partition.table, partition.shares[share, body].tolist()
-                velocities = field.nodes.mapped
-                self.points.update(problem.geometry, problem.viscosity, *where, velocities, self.time, dt, whole_work)
-
-        self.pool.run(update, range(len(self.points.packs)))
-
-    def _over_shares(self, field: Field, partition: Partition, call: Any) -> None:
-        """A kernel over each share of the particles of a field."""
-        shares = range(len(field.tables))
-        self.pool.run(lambda share: call(field, share, partition.shares[share, field.bodies]), shares)
-
-    def _solve(self, field: Field, dt: float) -> None:
-        nodes = field.nodes
-        tables = nodes.state, nodes.motion, nodes.mapped
-        _over_blocks(self.pool, self.kernels.solve_momentum, field.blocks, *tables, dt)
-
-    def _clear(self, field: Field) -> None:
-        _over_blocks(self.pool, self.kernels.clear_lines, field.blocks, field.nodes.state)
-        field.touched[:] = 0
 
 
 def marked(touched: np.ndarray) -> np.ndarray:
@@ -302,27 +317,11 @@ def marked(touched: np.ndarray) -> np.ndarray:
     return touched.view(np.bool_).nonzero()[0]
 
 
-def _over_blocks(pool: ThreadPool, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
-    """A kernel over blocks of nodes, cut into one range a thread."""
-    if pool.threads == 1:
-        work(blocks, *arguments)
-        return
-    shares = [blocks[begin:end] for begin, end in pool.ranges(blocks.size)]
-    pool.run(lambda share: work(share, *arguments), shares)
-
-
 def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:
     """The particles of bodies, each from begin to end, cut into shares: (shares, bodies, 2)."""
-    return np.array(
-        [
-            [
-                [begin + (end - begin) * share // shares, begin + (end - begin) * (share + 1) // shares]
-                for begin, end in ranges
-            ]
-            for share in range(shares)
-        ],
-        np.int64,
-    )
+    begin, end = np.array(ranges, np.int64).T
+    edges = begin + (end - begin) * np.arange(shares + 1)[:, None] // shares
+    return np.stack([edges[:-1], edges[1:]], axis=-1)
 
 
 @kernel
@@ -363,17 +362,3 @@ def divide_mapped(blocks, state, momentum, velocity):
         for i in range(BLOCK * block, BLOCK * (block + 1)):
             if number(state, i, 0) > 0.0:
                 set_line(velocity, i, line(momentum, i) * (1.0 / number(state, i, 0)))
-
-
-KERNELS = (
-    scatter_state,
-    add_lines,
-    close_nodes,
-    solve_momentum,
-    mirror_nodes,
-    add_ghost_impulse,
-    move_particles,
-    close_mapped,
-    divide_mapped,
-    clear_lines,
-)

@@ -21,7 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.jit import device
-from solver.matter.eos import pressure_terms, reference_density, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import (
+    pressure_terms,
+    reference_density,
+    reference_sound_speed,
+    sound_speed_squared,
+    temperature_at,
+)
 from solver.units import Dimensionless, Kelvin
 from solver.vectors import alike, anywhere, exp, log, maximum, minimum
 
@@ -104,7 +110,7 @@ def onset_of_melting(matter):
         return np.inf
     for _ in range(ITERATIONS):
         ratio = stretched(eos, energy)
-        cold = temperature(eos, ratio * reference_density(eos), 0.0)
+        cold = temperature_at(eos, ratio * reference_density(eos), 0.0)
         energy = eos.heat_capacity * (melting_point(matter, ratio) - cold)
     return float(energy)
 

@@ -8,7 +8,13 @@ import math
 from typing import NamedTuple
 
 from solver.jit import device
-from solver.matter.eos import reference_density, reference_sound_speed, solve_pressure, sound_speed_squared, temperature
+from solver.matter.eos import (
+    reference_density,
+    reference_sound_speed,
+    solve_pressure,
+    sound_speed_squared,
+    temperature_at,
+)
 from solver.matter.failure import (
     PointLoading,
     floor_until_failure,
@@ -150,7 +156,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     acts = Acts(pressure < floor, homologous >= 1.0, sound < 0.0)
     pressure = maximum(pressure, floor)
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
-    kelvin = temperature(matter.eos, density, present - stored)
+    kelvin = temperature_at(matter.eos, density, present - stored)
     new = PointState(
         density,
         energy,

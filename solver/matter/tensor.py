@@ -6,18 +6,39 @@ neither shears nor turns out of the plane 1-2, is of a type of its own, because 
 Shear components are tensor components, not engineering strains.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from solver.jit import device, generic, implements, overridable
+from solver.jit import device, generic, overridable
 from solver.vectors import sqrt
 
 
 class PlaneGradient(NamedTuple):
     """The rows of a velocity gradient whose components 13, 23, 31 and 32 are zero; 1/s."""
 
-    first: tuple[Any, Any, Any]
-    second: tuple[Any, Any, Any]
-    third: tuple[Any, Any, Any]
+    first: tuple[float, float, float]
+    second: tuple[float, float, float]
+    third: tuple[float, float, float]
+
+    def symmetric(self):
+        none = self[1][2]
+        shear = 0.5 * (self[0][1] + self[1][0])
+        return (self[0][0], self[1][1], self[2][2], shear, none, none)
+
+    def volume_ratio(self, dt):
+        a, b = 1.0 + self[0][0] * dt, self[0][1] * dt
+        d, e = self[1][0] * dt, 1.0 + self[1][1] * dt
+        return (a * e - b * d) * (1.0 + self[2][2] * dt)
+
+    def turned(self, a, dt):
+        # A turn by the angle phi with tan(phi / 2) = half: half the difference of 11 and 22, and 12, turn by 2 phi.
+        half = 0.25 * dt * (self[1][0] - self[0][1])
+        square = half * half
+        inverse = 1.0 / (1.0 + square)
+        cos, sin = (1.0 - square) * inverse, 2.0 * half * inverse
+        cos2, sin2 = cos * cos - sin * sin, 2.0 * sin * cos
+        mean, part = 0.5 * (a[0] + a[1]), 0.5 * (a[0] - a[1])
+        swing = part * cos2 - a[3] * sin2
+        return (mean + swing, mean - swing, a[2], part * sin2 + a[3] * cos2, a[4], a[5])
 
 
 @device
@@ -70,13 +91,6 @@ def symmetric(gradient):
     )
 
 
-@implements(symmetric, PlaneGradient)
-def symmetric_of_plane_gradient(gradient):
-    none = gradient[1][2]
-    shear = 0.5 * (gradient[0][1] + gradient[1][0])
-    return (gradient[0][0], gradient[1][1], gradient[2][2], shear, none, none)
-
-
 @device
 def strain_increment(gradient, dt):
     """Symmetric part of a velocity gradient times dt, and its trace."""
@@ -91,13 +105,6 @@ def volume_ratio(gradient, dt):
     d, e, f = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt, gradient[1][2] * dt
     g, h, i = gradient[2][0] * dt, gradient[2][1] * dt, 1.0 + gradient[2][2] * dt
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-
-
-@implements(volume_ratio, PlaneGradient)
-def volume_ratio_of_plane_gradient(gradient, dt):
-    a, b = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt
-    d, e = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt
-    return (a * e - b * d) * (1.0 + gradient[2][2] * dt)
 
 
 @device
@@ -120,9 +127,15 @@ def spin_increment(gradient, dt):
 class Jaumann(NamedTuple):
     """The stress rate of matter that turns: Ma (2005), Eq. 2-17."""
 
+    def transported(self, gradient, a, dt):
+        return turned(gradient, a, dt)
+
 
 class Unturned(NamedTuple):
     """The rate of the stress components in space, as if matter did not turn: Ma (2005), Eq. 2-16."""
+
+    def transported(self, gradient, a, dt):
+        return a
 
 
 @generic
@@ -130,33 +143,10 @@ def transported(stress_rate, gradient, a, dt):
     """A deviator after dt without straining, as a rate of stress has it."""
 
 
-@implements(transported, Jaumann)
-def transported_of_jaumann(stress_rate, gradient, a, dt):
-    return turned(gradient, a, dt)
-
-
-@implements(transported, Unturned)
-def transported_of_unturned(stress_rate, gradient, a, dt):
-    return a
-
-
 @overridable
 def turned(gradient, a, dt):
     """A tensor rotated by the spin of a velocity gradient over dt: see ``rotated``."""
     return rotated(a, spin_increment(gradient, dt))
-
-
-@implements(turned, PlaneGradient)
-def turned_of_plane_gradient(gradient, a, dt):
-    # A turn by the angle phi with tan(phi / 2) = half: half the difference of 11 and 22, and 12, turn by 2 phi.
-    half = 0.25 * dt * (gradient[1][0] - gradient[0][1])
-    square = half * half
-    inverse = 1.0 / (1.0 + square)
-    cos, sin = (1.0 - square) * inverse, 2.0 * half * inverse
-    cos2, sin2 = cos * cos - sin * sin, 2.0 * sin * cos
-    mean, part = 0.5 * (a[0] + a[1]), 0.5 * (a[0] - a[1])
-    swing = part * cos2 - a[3] * sin2
-    return (mean + swing, mean - swing, a[2], part * sin2 + a[3] * cos2, a[4], a[5])
 
 
 @device

@@ -42,10 +42,9 @@ def _both() -> "type[Method]":
 
 
 def _box(x: "np.ndarray", y: "np.ndarray", z: "np.ndarray") -> "tuple[np.ndarray, Mesh]":
-    from solver.methods.fem.elements import Hexahedron
     from solver.methods.fem.mesh import lattice
 
-    return lattice(Hexahedron(), x, y, z)
+    return lattice(x, y, z)
 
 
 def _node_masses(mesh: "Mesh", position: "np.ndarray", density: float) -> "np.ndarray":

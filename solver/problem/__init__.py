@@ -6,11 +6,14 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from solver.errors import ProblemError
-from solver.matter.eos import burns, pressure_terms, temperature
+from solver.jit import Record
+from solver.matter.eos import burns, pressure_terms, temperature_at
 from solver.matter.laws import Matter
-from solver.matter.tensor import Jaumann
+from solver.matter.tensor import Jaumann, Unturned
+from solver.problem.geometry import Geometry
 from solver.state import Arrivals, Particles
 from solver.units import Dimensionless, JoulePerKilogram, KilogramPerCubicMetre, PerSecond, Second
 
@@ -38,7 +41,7 @@ class Clamp(NamedTuple):
         return inside
 
 
-def clamp(*, lower: Any = -np.inf, upper: Any = np.inf) -> Clamp:
+def clamp(*, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> Clamp:
     """A clamp between two corners, one number or one for each axis; by default everywhere."""
     return Clamp(np.full(3, lower, np.float64), np.full(3, upper, np.float64))
 
@@ -59,10 +62,10 @@ class StepRule(IntEnum):
 
 
 class Mesh(NamedTuple):
-    """The elements between the nodes of a body: ``solver/methods/fem``."""
+    """Hexahedra between the nodes of a body: ``solver/methods/fem``."""
 
-    kind: Any  # a record of solver/methods/fem/elements.py
-    nodes: np.ndarray  # (e, nodes of an element) indices of the body's particles
+    nodes: np.ndarray  # (e, 8) the body's particles: around the lower face from x to y, and those above them
+    points: int = 1  # integration points of an element: 1 or 8
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ class Body:
         particles.energy[:] = self.energy
         a, b = pressure_terms(eos, self.density, self.energy)
         particles.pressure[:] = a + b * self.energy
-        particles.temperature[:] = temperature(eos, self.density, self.energy)
+        particles.temperature[:] = temperature_at(eos, self.density, self.energy)
 
 
 class ArtificialViscosity(NamedTuple):
@@ -111,7 +114,6 @@ class Smoothing(NamedTuple):
     The viscosity acts between pairs of particles, in place of that of the problem; with ``heating`` 1 its work heats.
     """
 
-    function: Any = None  # a record of solver/methods/sph/smoothing.py; None: the cubic spline
     ratio: Dimensionless = 1.3  # smoothing length over the particle spacing, (m / rho)^(1/d)
     corrected: bool = True  # gradients that are exact for linear fields
     viscosity: ArtificialViscosity = ArtificialViscosity(1.0, 2.0)
@@ -180,11 +182,11 @@ class Traction(NamedTuple):
 class Problem:
     """Everything that decides the outcome of a simulation."""
 
-    geometry: Any  # Cartesian3D or Axisymmetric
+    geometry: Geometry
     bodies: tuple[Body, ...]
     faces: tuple[tuple[Face, Face], ...]  # (lower, upper) for each axis
     end_time: Second
-    shape: Any = None  # on the grid, a record of solver/grid/shapes; None: linear
+    shape: Record | None = None  # on the grid, of solver/grid/shapes; None: linear
     viscosity: ArtificialViscosity = field(default_factory=ArtificialViscosity)
     courant: Dimensionless = 0.4
     step_rule: StepRule = StepRule.CONVECTIVE
@@ -192,7 +194,7 @@ class Problem:
     fixed_dt: Second | None = None
     scheme: Scheme = Scheme.MUSL
     damping: Damping = field(default_factory=Damping)
-    stress_rate: Any = field(default_factory=Jaumann)
+    stress_rate: Jaumann | Unturned = field(default_factory=Jaumann)
     contact: Contact | None = None  # None: one velocity field for all bodies
     retirement: Retirement | None = None  # None: debris is followed to the edge of the grid
     clamp: Clamp = field(default_factory=clamp)

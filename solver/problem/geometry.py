@@ -16,11 +16,11 @@ of ghost nodes, because wide shapes reach over it; what they receive is folded b
 (k * nodes[0] + i) * nodes[1] + j: plates lie across the third axis, and so their nodes lie together in memory.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import generic, gives, implements
+from solver.jit import device, generic
 
 AXES = 3
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
@@ -29,19 +29,58 @@ MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reache
 class Cartesian3D(NamedTuple):
     """A grid of cubes, in coordinates x, y, z."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m
-    cells: Any  # (3,) int64, of the domain; 0 along an axis without extent
-    nodes: Any  # (3,) int64, ghosts included
+    cells: np.ndarray  # (3,) int64, of the domain; 0 along an axis without extent
+    nodes: np.ndarray  # (3,) int64, ghosts included
+
+    def impact_axis(self):
+        return 2
+
+    def conserved_axes(self):
+        return (1.0, 1.0, 1.0)
+
+    def hoop_factor(self, first):
+        return 0.0
+
+    def dimensions(self):
+        return 3
+
+    def unpacked(self):
+        return Cartesian3D(triple(self.lower), self.spacing, triple(self.cells), triple(self.nodes))
+
+    def lattice_measure(self, position, spacing):
+        return spacing[0] * spacing[1] * spacing[2]
 
 
 class Axisymmetric(NamedTuple):
     """A grid of square cells in the r-z half plane, whose lower corner has r = 0; the fields are those of a box."""
 
-    lower: Any
+    lower: np.ndarray
     spacing: float
-    cells: Any
-    nodes: Any
+    cells: np.ndarray
+    nodes: np.ndarray
+
+    def impact_axis(self):
+        return 1
+
+    def conserved_axes(self):
+        return (0.0, 1.0, 0.0)
+
+    def dimensions(self):
+        return 2
+
+    def unpacked(self):
+        return Axisymmetric(triple(self.lower), self.spacing, triple(self.cells), triple(self.nodes))
+
+    def hoop_factor(self, first):
+        return 1.0 / first
+
+    def lattice_measure(self, position, spacing):
+        return position[0] * spacing[0] * spacing[1]
+
+
+Geometry = Cartesian3D | Axisymmetric
 
 
 def node_count(geometry):
@@ -61,20 +100,10 @@ def unpacked(geometry):
     """The geometry with tuples in place of arrays, for inner loops: tuples need no reference counts."""
 
 
-@implements(unpacked, Cartesian3D)
-def unpacked_of_box(geometry):
-    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
-    return Cartesian3D(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
-    )
-
-
-@implements(unpacked, Axisymmetric)
-def unpacked_of_axisymmetric(geometry):
-    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
-    return Axisymmetric(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
-    )
+@device
+def triple(array):
+    """The three numbers of an array as a tuple."""
+    return array[0], array[1], array[2]
 
 
 @generic
@@ -82,21 +111,9 @@ def dimensions(geometry):
     """Axes along which the grid has extent."""
 
 
-gives(dimensions, Cartesian3D, 3)
-gives(dimensions, Axisymmetric, 2)
-
-
 @generic
 def hoop_factor(geometry, first):
     """1 / r of particles whose first coordinate is given, 0 where no coordinate is a radius; 1/m."""
-
-
-gives(hoop_factor, Cartesian3D, 0.0)
-
-
-@implements(hoop_factor, Axisymmetric)
-def hoop_factor_of_axisymmetric(geometry, first):
-    return 1.0 / first
 
 
 @generic
@@ -104,29 +121,11 @@ def lattice_measure(geometry, position, spacing):
     """Volume of a lattice point (3,) with the given spacings (3,), in the geometry's measure (m3, or m3 per radian)."""
 
 
-@implements(lattice_measure, Cartesian3D)
-def lattice_measure_of_box(geometry, position, spacing):
-    return spacing[0] * spacing[1] * spacing[2]
-
-
-@implements(lattice_measure, Axisymmetric)
-def lattice_measure_of_axisymmetric(geometry, position, spacing):
-    return position[0] * spacing[0] * spacing[1]
-
-
 @generic
 def conserved_axes(geometry):
     """For each axis 1.0 where total momentum is conserved without boundaries, else 0.0."""
 
 
-gives(conserved_axes, Cartesian3D, (1.0, 1.0, 1.0))
-gives(conserved_axes, Axisymmetric, (0.0, 1.0, 0.0))
-
-
 @generic
 def impact_axis(geometry):
     """Index of the coordinate along the line of flight of the scenarios: z."""
-
-
-gives(impact_axis, Cartesian3D, 2)
-gives(impact_axis, Axisymmetric, 1)

@@ -1,7 +1,7 @@
 """The methods that compute the steps of a problem: material points on a grid, and what features add.
 
-How to add one: a module here that offers a ``StepMethod`` as ``STEPPER``, or an entry of the group
-``whipple.solver.steppers``. Nothing heavy is imported before a problem asks for its method.
+How to add one: an entry of the group ``whipple.solver.steppers``, a ``StepMethod``. A function imports its stepper: the
+kernels of a method are compiled only where a problem asks for it.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,6 +36,19 @@ class StepMethod:
     serves: Callable[["Problem"], bool]
     stepper: Callable[[], "type[Method]"]
     meshing: Meshing | None = None  # of a method with elements
+
+
+def _on_grid(problem: "Problem") -> bool:
+    return problem.smoothing is None and not any(body.mesh for body in problem.bodies)
+
+
+def _grid_stepper() -> "type[Method]":
+    from solver.grid.step import Stepper
+
+    return Stepper
+
+
+STEPPER = StepMethod("mpm", _on_grid, _grid_stepper)
 
 
 def methods() -> Mapping[str, StepMethod]:

@@ -5,7 +5,7 @@ velocity gradients come from, their space says (``space.py``). Body by body, bec
 its ``Matter``, and eight at a time.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from solver.matter.strength import stored_part
 from solver.matter.stress import PointState, advance, signal_speed
 from solver.matter.tensor import contract
 from solver.problem import ArtificialViscosity, Problem
-from solver.problem.geometry import dimensions, hoop_factor, unpacked
+from solver.problem.geometry import Geometry, dimensions, hoop_factor, unpacked
 from solver.state import (
     DAMAGE,
     DENSITY,
@@ -42,7 +42,18 @@ from solver.state import (
     Particles,
     X,
 )
-from solver.steps.space import PACK, deviators_of, find_nodes, gather, new_pack, opened, own_length, velocity_gradient
+from solver.steps.space import (
+    PACK,
+    ElementPoints,
+    Scattered,
+    deviators_of,
+    find_nodes,
+    gather,
+    new_pack,
+    opened,
+    own_length,
+    velocity_gradient,
+)
 from solver.vectors import (
     LANES,
     absolute,
@@ -263,7 +274,7 @@ class PointUpdate:
 
     def update(
         self,
-        space: Any,
+        space: Geometry | Scattered | ElementPoints,
         viscosity: ArtificialViscosity,
         share: int,
         body: int,
@@ -302,9 +313,9 @@ def first_fault(
 def unphysical(problem: Problem, limits: StateLimits, particles: Particles, body: np.ndarray) -> np.ndarray:
     """Indices of all particles that are unphysical, ascending."""
     beyond = np.zeros(body.size, bool)
-    for number, each in enumerate(problem.bodies):
+    for number, made in enumerate(problem.bodies):
         mine = np.flatnonzero((body == number) & (particles.mass > 0.0))
-        for _, physical, _ in _checks(each.matter, limits, particles, mine):
+        for _, physical, _ in _checks(made.matter, limits, particles, mine):
             beyond[mine[~physical]] = True
     return np.flatnonzero(beyond)
 

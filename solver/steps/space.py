@@ -4,13 +4,13 @@ Of particles on a grid these are sums over their nodes, for which a pack of them
 (``Scattered``) and integration points of elements (``ElementPoints``) have them as lines of a table already.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import device, generic, gives, implements, overridable
+from solver.jit import device, generic, implements, overridable
 from solver.matter.tensor import PlaneGradient
-from solver.problem.geometry import AXES, Axisymmetric, dimensions, hoop_factor, unpacked
+from solver.problem.geometry import AXES, Axisymmetric, triple
 from solver.state import S11, S12, S22, S23, S31, S33, lines
 from solver.vectors import LANES, bare, element, line, load, set_line, spread, store_whole, transposed, where
 
@@ -133,49 +133,42 @@ def set_columns(lines, row, a, b, c, d, e, f, g, h):
 class Scattered(NamedTuple):
     """The box that particles stay in; the first so many axes have extent."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m, of the problem's cells
-    cells: Any  # (3,) int64
+    cells: np.ndarray  # (3,) int64
     axes: int
+
+    def hoop_factor(self, first):
+        return 0.0
+
+    def unpacked(self):
+        return Scattered(triple(self.lower), self.spacing, triple(self.cells), self.axes)
+
+    def dimensions(self):
+        return self.axes
 
 
 class ElementPoints(NamedTuple):
     """The box of the problem, and the length of the element of each integration point."""
 
-    lower: Any  # (3,) m; arrays, and tuples in inner loops
+    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m, of the problem's cells
-    cells: Any  # (3,) int64
-    lengths: Any  # (1, n) m
+    cells: np.ndarray  # (3,) int64
+    lengths: np.ndarray  # (1, n) m
 
+    def hoop_factor(self, first):
+        return 0.0
 
-@implements(unpacked, Scattered)
-def unpacked_of_scattered(geometry):
-    lower, cells = geometry.lower, geometry.cells
-    return Scattered((lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), geometry.axes)
+    def dimensions(self):
+        return AXES
 
+    def unpacked(self):
+        lower, cells = triple(self.lower), triple(self.cells)
+        return ElementPoints(lower, self.spacing, cells, bare(self.lengths))
 
-@implements(unpacked, ElementPoints)
-def unpacked_of_element_points(geometry):
-    lower, cells = geometry.lower, geometry.cells
-    return ElementPoints(
-        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), bare(geometry.lengths)
-    )
-
-
-@implements(dimensions, Scattered)
-def dimensions_of_scattered(geometry):
-    return geometry.axes
-
-
-gives(dimensions, ElementPoints, AXES)
-gives(hoop_factor, Scattered, 0.0)
-gives(hoop_factor, ElementPoints, 0.0)
-
-
-@implements(own_length, ElementPoints)
-def own_length_of_element_points(geometry, p, lanes):
-    length = load(geometry.lengths, 0, p, lanes)
-    return where(length > 0.0, length, geometry.spacing)
+    def own_length(self, p, lanes):
+        length = load(self.lengths, 0, p, lanes)
+        return where(length > 0.0, length, self.spacing)
 
 
 @implements(find_nodes, ElementPoints)

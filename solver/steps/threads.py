@@ -10,9 +10,11 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any
+from typing import TypeVar
 
 AUTO = "auto"
+Share = TypeVar("Share")
+Result = TypeVar("Result")
 
 
 def available_cores() -> int:
@@ -40,7 +42,7 @@ class ThreadPool:
         if self._pool is not None:
             self._pool.shutdown()
 
-    def run(self, call: Callable[..., Any], shares: Sequence[Any]) -> None:
+    def run(self, call: Callable[[Share], Result], shares: Sequence[Share]) -> None:
         """``call(share)`` for each share, at once where there are threads; returns when all are done."""
         if self._pool is None or len(shares) == 1:
             for share in shares:

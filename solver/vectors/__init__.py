@@ -12,8 +12,8 @@ numba's own loops over scalar text with calls and branches are not vectorised.
 
 A NaN stays visible: comparisons with it are false, and ``minimum`` and ``maximum`` keep one in their first argument.
 
-The plain Python here says what each function means, for numbers and arrays of numpy; ``compiled.py`` and ``memory.py``
-give kernels the code for it. ``log``, ``exp`` and ``power`` are made of the others, and so are one text for both.
+The plain Python here says what each function means, for numbers and arrays of numpy; ``compiled.py`` gives kernels the
+code for it. ``log``, ``exp`` and ``power`` are made of the others, and so are one text for both.
 """
 
 import importlib
@@ -233,6 +233,5 @@ def power(base, exponent):
 
 @when_compiling
 def _register() -> None:
-    """Import by name what registers the code of the functions above; it takes numba."""
-    for name in ("compiled", "memory"):
-        importlib.import_module(f"{__name__}.{name}")
+    """Import what registers the code of the functions above, by name: it imports them, and takes numba."""
+    importlib.import_module(f"{__name__}.compiled")

@@ -9,6 +9,7 @@ from studies.scenarios.parts.lattice import points
 if TYPE_CHECKING:
     import numpy as np
 
+    from solver.matter.eos import EosRecord
     from solver.matter.laws import Matter
     from solver.problem import Body, Problem
 
@@ -107,7 +108,7 @@ def matter_of(material: DeckMaterial, tension: str) -> "Matter":
     )
 
 
-def _eos(material: DeckMaterial, room: float) -> NamedTuple:
+def _eos(material: DeckMaterial, room: float) -> "EosRecord":
     from solver.matter.eos.jwl import JonesWilkinsLee
     from solver.matter.eos.linear_elastic import LinearElastic
     from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
@@ -123,7 +124,7 @@ def _eos(material: DeckMaterial, room: float) -> NamedTuple:
         named = dict(zip(("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0"), numbers, strict=True))
         return Polynomial(**common, **named)
     if material.eos == "gruneisen":
-        eos: NamedTuple = mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
+        eos: EosRecord = mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
         return eos
     return LinearElastic(bulk_modulus=bulk_modulus(material), **common)
 

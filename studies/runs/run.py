@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, final
 
 from solver import PHYSICS_VERSION
 from solver.registry import entries
@@ -48,6 +48,15 @@ class Estimate:
     memory: int  # of the process that computes it, bytes
 
 
+@final
+class RunSpec(TypedDict):
+    """A run as plain objects, in the rows of the service and on the way to a process."""
+
+    scenario: str
+    parameters: Mapping[str, Value]
+    materials: Mapping[str, Mapping[str, Any]]
+
+
 @dataclass(frozen=True)
 class Run:
     """A resolved point of a sweep; everything in SI."""
@@ -81,7 +90,7 @@ class Run:
         errors = {name: mesh_error(grid) for name, grid in self.mesh_grids.items()}
         return {name: error for name, error in errors.items() if error is not None}
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> RunSpec:
         """As plain objects."""
         return {
             "scenario": self.scenario,
@@ -90,7 +99,7 @@ class Run:
         }
 
     @staticmethod
-    def from_json(plain: Mapping[str, Any]) -> "Run":
+    def from_json(plain: RunSpec) -> "Run":
         """The run that ``as_json`` wrote."""
         return Run(plain["scenario"], plain["parameters"], plain["materials"])
 

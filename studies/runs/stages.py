@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-from solver.audit import Audit, BodyBalance, Books, Ledger, Totals
+from solver.audit import Audit, Books
 from solver.checkpoints import Carried
 from solver.simulation import Counters, Outcome
 from solver.state import Departed, Particles, Snapshot
@@ -14,7 +14,6 @@ from studies.runs.run import Run, materials_of
 from studies.scenarios import Setting
 
 EARLIER_STAGE = "stage_{}_"  # in a stored final state, before the names of the arrays of an earlier stage
-MOMENTA = ("start", "ledger")  # of the books: records with a momentum
 
 
 def setting_of(run: Run, ended: Sequence[Outcome] = ()) -> Setting:
@@ -30,9 +29,8 @@ def setting_of(run: Run, ended: Sequence[Outcome] = ()) -> Setting:
 
 def carried_by(outcome: Outcome, observed: str = "") -> Carried:
     """The end of a stage as plain numbers and arrays, with the text of its observer."""
-    snapshot, books = outcome.snapshot, asdict(outcome.books)
-    arrays = {"body": snapshot.body, "impulse": books.pop("impulse")}
-    arrays |= {f"{name}_momentum": books[name].pop("momentum") for name in MOMENTA}
+    snapshot, (books, arrays) = outcome.snapshot, outcome.books.plain()
+    arrays["body"] = snapshot.body
     arrays |= {"particles_" + name: array for name, array in snapshot.particles._asdict().items()}
     arrays |= {"departed_" + name: array for name, array in snapshot.departed._asdict().items()}
     if snapshot.remembered is not None:
@@ -66,13 +64,7 @@ def outcome_of(carried: Carried) -> Outcome:
         waiting=numbers["waiting"],
         remembered=arrays.get("remembered"),
     )
-    books = dict(numbers["books"])
-    start, ledger = (
-        record(**books.pop(name), momentum=arrays[f"{name}_momentum"])
-        for name, record in zip(MOMENTA, (Totals, Ledger), strict=True)
-    )
-    left = tuple(BodyBalance(**each) for each in books.pop("left"))
-    history = tuple(Audit.from_plain(audit) for audit in numbers["history"])
+    history = tuple(Audit.from_plain(**audit) for audit in numbers["history"])
     return Outcome(
         snapshot=snapshot,
         stop=numbers["stop"],
@@ -81,7 +73,7 @@ def outcome_of(carried: Carried) -> Outcome:
         counters=Counters(**numbers["counters"]),
         smallest_step=numbers["smallest_step"],
         particle_steps=numbers["particle_steps"],
-        books=Books(start=start, ledger=ledger, impulse=arrays["impulse"], left=left, **books),
+        books=Books.from_plain(numbers["books"], arrays),
     )
 
 

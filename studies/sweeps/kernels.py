@@ -17,7 +17,7 @@ from dataclasses import replace
 from multiprocessing import get_context
 from typing import Any
 
-from studies.runs.run import Run
+from studies.runs.run import Run, RunSpec
 from studies.scenarios import Setting, load
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
@@ -47,7 +47,7 @@ def compile_kernels(runs: Iterable[Run]) -> int:
     return len(kinds)
 
 
-def _compile(run: Mapping[str, Any]) -> None:
+def _compile(run: RunSpec) -> None:
     from solver.simulation import simulate
     from studies.runs.run import materials_of
     from studies.runs.stages import setting_of

@@ -15,10 +15,9 @@ from typing import Any
 import numba
 import numpy as np
 
-from solver.methods.fem.elements import Hexahedron, Quadrilateral
 from solver.methods.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem
-from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.materials import load
 from studies.runs.run import Run, resolve
@@ -51,7 +50,6 @@ PROBLEMS: dict[str, dict[str, Any]] = {
 # Copper bars that hit a rigid wall: particles or elements across (a radius) and along. Plane strain has no scenario.
 BARS: dict[str, dict[str, tuple[int, int]]] = {
     "plane_sph": {"12k": (50, 240), "117k": (156, 750)},
-    "axisymmetric_quadrilaterals": {"12k": (50, 240), "117k": (156, 750)},
     "3d_hexahedra": {"12k": (14, 61), "117k": (30, 130)},
 }
 BAR_SPEED, BAR_SPACING = 200.0, 1e-4  # m/s, m
@@ -118,11 +116,13 @@ def problem_of(name: str) -> Problem:
 def bar(family: str, across: int, along: int) -> Problem:
     """A bar of finite elements, or of smoothed particles in plane strain, with so many across and along."""
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
-    kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()
     counts = (across, across, along) if family == "3d_hexahedra" else (across, along)
     middles = 0.5 * BAR_SPACING if is_smoothed else 0.0
     lines = [middles + BAR_SPACING * np.arange(n + (not is_smoothed)) for n in counts]
-    position, mesh = lattice(kind, *lines)
+    if is_smoothed:
+        position, mesh = np.stack([*np.meshgrid(*lines, indexing="ij"), np.zeros(counts)], axis=-1).reshape(-1, 3), None
+    else:
+        position, mesh = lattice(*lines)
     velocity = np.zeros(3)
     velocity[len(counts) - 1] = -BAR_SPEED
     body = Body(
@@ -130,17 +130,16 @@ def bar(family: str, across: int, along: int) -> Problem:
         matter=matter(copper),
         position=position,
         velocity=velocity,
-        mass=np.full(len(position), copper.density * BAR_SPACING**2)
-        if is_smoothed
-        else node_masses(mesh, position, copper.density),
+        mass=node_masses(mesh, position, copper.density)
+        if mesh
+        else np.full(len(position), copper.density * BAR_SPACING**2),
         density=copper.density,
         spacing=(BAR_SPACING, BAR_SPACING, 1.0 if is_smoothed else BAR_SPACING),
-        mesh=None if is_smoothed else mesh,
+        mesh=mesh,
     )
-    record = Axisymmetric if family == "axisymmetric_quadrilaterals" else Cartesian3D
     cells = [2 * n for n in counts] + [0] * (3 - len(counts))
     return Problem(
-        geometry=grid(record, lower=np.zeros(3), cells=cells, spacing=BAR_SPACING),
+        geometry=grid(Cartesian3D, lower=np.zeros(3), cells=cells, spacing=BAR_SPACING),
         bodies=(body,),
         faces=((Face.SYMMETRIC, Face.FREE),) * 3,
         end_time=1.0,

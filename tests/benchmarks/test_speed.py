@@ -35,7 +35,7 @@ def test_step__costs_what_is_said_of_it(compared: Compared) -> None:
 
 @pytest.mark.claim("methods", "methods-speed", minutes=6.0)
 def test_methods__cost_what_is_shown(compared: Compared) -> None:
-    """What a step of smoothed particles, hexahedra and quadrilaterals costs, by one thread and by two."""
+    """What a step of smoothed particles and of hexahedra costs, by one thread and by two."""
     for name, got in figures.steps(f"{family}_12k" for family in ("3d_sph", *BARS)):
         compared(Row(name, "", got, None))
 

@@ -13,6 +13,7 @@ from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnsonCookDamage, fracture_strain
 from solver.matter.failure.none import NoFailure
 from solver.matter.laws import Matter
+from solver.matter.strength.johnson_cook import ModifiedJohnsonCook
 from solver.matter.stress import PointState, advance
 from solver.matter.tension.unlimited import UnlimitedTension
 from solver.matter.tensor import equivalent_stress
@@ -73,6 +74,8 @@ def _ductility(failure: Any, held: Held) -> float:
 def _stress(failure: Any, held: Held, strain: float, limit: float) -> float:
     """(1 - D) [A + B r^n] (1 + rate*)^C (1 - T*^m), Pa: D and r integrated over the strain."""
     law = matter(WELDOX).strength
+    assert isinstance(law, ModifiedJohnsonCook)
+    assert law.m is not None
     grown = max(strain - failure.threshold, 0.0)
     slope = failure.critical_damage / (limit - failure.threshold)
     hardened = strain - 0.5 * slope * grown * grown
@@ -88,6 +91,7 @@ def _sheared(of: Matter, held: Held, end: float, steps: int) -> tuple[list[Point
     softer, so that the stress changes with it by some 1e-8.
     """
     solid = of.eos
+    assert isinstance(solid, LinearElastic)
     kelvin = of.room_temperature + held.homologous * (of.melt_temperature - of.room_temperature)
     gradient, dt = held.rate * STRETCH, end / held.rate / steps
     states = [PointState(solid.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)]
@@ -179,6 +183,7 @@ def test_plastic_work__warms_matter_by_its_share(compared: Callable[[Row], None]
     # Without thermal softening: the plastic work has a closed form.
     steel = _steel(NoFailure())._replace(melt_temperature=math.inf)
     law, rate, steps = steel.strength, 1e3, STEPS[1]
+    assert isinstance(law, ModifiedJohnsonCook)
     point = PointState(WELDOX.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, steel.room_temperature)
     for _ in range(steps):
         point, energy, _ = advance(steel, ArtificialViscosity(), 1.0, 1.0 / rate / steps, rate * STRETCH, point)

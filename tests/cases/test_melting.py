@@ -8,7 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from solver.matter.eos import pressure_terms, sound_speed_squared, temperature
+from solver.matter.eos import pressure_terms, sound_speed_squared, temperature_at
+from solver.matter.eos.mie_grueneisen import MieGrueneisen
 from solver.matter.laws import Matter
 from solver.matter.melting import melted_share, melting_point, onset_of_melting, residual_energy
 from solver.matter.stress import PointState, advance
@@ -37,10 +38,16 @@ def _fluid(name: str) -> Matter:
     return matter(materials.load(name))._replace(shear_modulus=0.0, tension=UnlimitedTension())
 
 
+def _form(of: Matter) -> MieGrueneisen:
+    """The equation of state, which is that of all materials here."""
+    assert isinstance(of.eos, MieGrueneisen)
+    return of.eos
+
+
 def _stretched(of: Matter) -> float:
     """The density ratio at 1 bar of matter at its melting point: rho0 c0^2 mu + gamma0 rho e = 0."""
-    heat = of.eos.gamma0 * of.eos.heat_capacity * (of.melt_temperature - of.eos.temperature)
-    return float(of.eos.c0**2 / (of.eos.c0**2 + heat))
+    heat = _form(of).gamma0 * of.eos.heat_capacity * (of.melt_temperature - of.eos.temperature)
+    return float(_form(of).c0 ** 2 / (_form(of).c0 ** 2 + heat))
 
 
 def _lindemann(name: str, of: Matter, ratio: float) -> float:
@@ -50,12 +57,12 @@ def _lindemann(name: str, of: Matter, ratio: float) -> float:
     least = _stretched(of)
     ratio = max(ratio, least)
     rise = math.exp(2.0 * a * (1.0 / least - 1.0 / ratio))
-    return float(of.melt_temperature * rise * (ratio / least) ** (2.0 * (of.eos.gamma0 - a - 1.0 / 3.0)))
+    return float(of.melt_temperature * rise * (ratio / least) ** (2.0 * (_form(of).gamma0 - a - 1.0 / 3.0)))
 
 
 def _heated(of: Matter, ratio: float, kelvin: float) -> float:
     """The energy (J/kg) to which the equation of state gives a temperature at a density ratio."""
-    return float(of.eos.heat_capacity * (kelvin - temperature(of.eos, ratio * of.eos.density, 0.0)))
+    return float(of.eos.heat_capacity * (kelvin - temperature_at(of.eos, ratio * of.eos.density, 0.0)))
 
 
 def _held(of: Matter, ratio: float, energy: float) -> tuple[PointState, bool]:
@@ -74,7 +81,7 @@ def test_melting__has_the_pressure_the_plateau_and_the_heat_of_the_formula(
     """A point heated at a density melts at the pressure of the formula, and stays so hot for its latent heat."""
     of, latent = _fluid(name), materials.load(name).thermal.latent_heat_of_fusion
     assert latent is not None
-    eos = of.eos
+    eos = _form(of)
     for ratio in RATIOS:
         melt = _lindemann(name, of, ratio)
         onset = _heated(of, ratio, melt)
@@ -100,7 +107,7 @@ def test_melting__has_the_pressure_the_plateau_and_the_heat_of_the_formula(
 def test_melting__comes_where_an_isentrope_meets_the_curve(name: str, compared: Callable[[Row], None]) -> None:
     """A hot point that expands at constant entropy melts at the pressure at which its isentrope meets the curve."""
     of = _fluid(name)
-    eos, dense, thin = of.eos, 1.3, 1.05
+    eos, dense, thin = _form(of), 1.3, 1.05
 
     def kelvin(ratio: float) -> float:
         """T on the isentrope through a point just solid at 1.15 of the density: gamma rho is constant."""
@@ -129,7 +136,7 @@ def test_melting__comes_where_an_isentrope_meets_the_curve(name: str, compared: 
 def test_residual_energy__is_that_of_the_isentrope(name: str, compared: Callable[[Row], None]) -> None:
     """Pressed matter keeps the energy of the closed isentrope on release; thresholds of melting beside a table."""
     of = _fluid(name)
-    eos = of.eos
+    eos = _form(of)
     gamma, c0 = eos.gamma0, eos.c0
 
     def energy_at(ratio: float, warm: float) -> float:
@@ -194,7 +201,7 @@ def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
         point = melting_point(body.matter, particles.density[mine] / eos.density)
         on_plateau = np.abs(particles.temperature[mine] / point - 1.0) < EXACT
         melting += int(on_plateau.sum())
-        felt = particles.temperature[mine] - temperature(eos, particles.density[mine], particles.energy[mine])
+        felt = particles.temperature[mine] - temperature_at(eos, particles.density[mine], particles.energy[mine])
         lower = min(lower, float(felt.min()))
     compared(equal("some matter is melting", expected=True, got=melting > 0))
     compared(equal("and cooler for it", expected=True, got=lower < -1.0))

@@ -83,7 +83,12 @@ def use(folder: Path) -> dict[str, Any]:
     return {
         "states": [result.state for result in results.values()],
         "records": [type(record).__name__ for record in records],
-        "constants": [matter.tension[0], matter.failure.tension, matter.strength.Y, matter.eos.K],
+        "constants": [
+            next(iter(matter.tension._asdict().values())),
+            matter.failure._asdict()["tension"],
+            matter.strength._asdict()["Y"],
+            matter.eos._asdict()["K"],
+        ],
         "identities": identities(),
         "seconds": estimate(runs[0]).core_seconds,
         "attached share": dataset.attached_share.values.tolist(),

@@ -16,7 +16,7 @@ from solver.matter.eos import (
     reference_sound_speed,
     solve_pressure,
     sound_speed_squared,
-    temperature,
+    temperature_at,
 )
 from solver.matter.tension import pressure_floor
 from solver.matter.tension.recoverable import RecoverableTension
@@ -168,7 +168,7 @@ def test_eos__names_its_reference_state(eos: Any) -> None:
     assert reference_density(eos) == eos.density
     at_rest = sound_speed_squared(eos, eos.density, energy, pressure(eos, eos.density, energy))
     assert math.isclose(reference_sound_speed(eos), math.sqrt(at_rest), rel_tol=ROUND_OFF)
-    assert math.isclose(temperature(eos, eos.density, energy), 298.0, rel_tol=ROUND_OFF)
+    assert math.isclose(temperature_at(eos, eos.density, energy), 298.0, rel_tol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("energy", [0.0, 3e5, 5e6])
@@ -207,7 +207,7 @@ def test_eos__is_finite_at_the_corners(eos: Any) -> None:
         density = share * eos.density
         at = pressure(eos, density, energy)
         squared = sound_speed_squared(eos, density, energy, at)
-        kelvin = temperature(eos, density, energy)
+        kelvin = temperature_at(eos, density, energy)
         assert all(math.isfinite(x) for x in (at, squared, kelvin)), (share, energy)
 
 
@@ -244,7 +244,7 @@ def test_eos__pressure_and_energy_are_solved_for_together(eos: Any, trace: float
         density = share * eos.density
         after = density * math.exp(-trace)
         expansion = 1.0 / after - 1.0 / density
-        heat = (temperature(eos, density, guess) - eos.temperature) / 1058.0
+        heat = (temperature_at(eos, density, guess) - eos.temperature) / 1058.0
         floor = pressure_floor(RecoverableTension(1.9e9), min(max(heat, 0.0), 1.0))
         for known in (guess, 0.9 * guess, 1.1 * guess + 1e4):
             result = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)

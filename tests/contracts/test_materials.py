@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solver.matter.eos import pressure_terms, temperature
+from solver.matter.eos import pressure_terms, temperature_at
 from solver.matter.failure.johnson_cook import fracture_strain
 from solver.units import Described, marked
 from studies import materials
@@ -118,7 +118,7 @@ def test_material__has_the_temperature_of_its_isentrope(material: Material, form
         slope, (material.density, densities[-1]), [0.0, 0.0], method="DOP853", t_eval=densities, rtol=1e-11, atol=1e-6
     )
     energies, heated = solution.y
-    kelvin = [temperature(eos, *point) for point in zip(densities, energies, strict=True)]
+    kelvin = [temperature_at(eos, *point) for point in zip(densities, energies, strict=True)]
     missed = np.abs(np.array(kelvin) - material.thermal.room_temperature * np.exp(heated))
     assert np.all(missed * material.thermal.heat_capacity <= ISENTROPE_ENERGY * energies)
     reached = densities <= shock(eos, 0.5 * FASTEST, least_slope=1.0)[2]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from solver.grid.nodes import BLOCK, empty_nodes, node_positions
 from solver.grid.shapes import weights, width
-from solver.grid.step import Field, bound_kernels
+from solver.grid.step import Field, Kernels
 from solver.grid.transfer import scatter_state
 from solver.jit import kernel
 from solver.problem import Face, Problem
@@ -19,6 +19,7 @@ from solver.problem.geometry import dimensions, hoop_factor, node_count
 from solver.registry import entries
 from solver.state import Particles, X, empty_table, views
 from solver.steps.space import PACK, find_nodes, gather, new_pack, velocity_gradient
+from solver.steps.threads import ThreadPool
 from solver.vectors import LANES, first_lanes, load, store
 from tests.claims.marked import claimed
 from tests.claims.rows import Row, at_most, equal
@@ -210,7 +211,7 @@ def filled_grid(kind: str, shape: Any) -> tuple[Any, Particles, Field]:
     particles.position[:], particles.mass[:], particles.density[:] = body.position, body.mass, DENSITY
     faces = ((SYMMETRIC[0], Face.FREE),) * 3
     problem = Problem(geometry, (body,), faces, end_time=1.0, shape=shape)
-    return geometry, particles, Field(problem, slice(0, 1), 1, bound_kernels())
+    return geometry, particles, Field(problem, slice(0, 1), Kernels(), ThreadPool(1), [new_pack()])
 
 
 def scatter(geometry: Any, shape: Any, particles: Particles, field: Field) -> None:

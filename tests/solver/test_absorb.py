@@ -58,7 +58,7 @@ def test_dashpots__answer_a_velocity_with_area_times_impedance(shape: Any, offse
     problem = Problem(geometry, (body,), OPEN, end_time=1.0, shape=shape, fixed_dt=TINY, absorbers=absorbers)
     impedance = np.array([NORMAL, ACROSS, ACROSS])
     expected = -impedance * velocity * (4.0 * SPACING) ** 2 * TINY
-    assert np.allclose(after(problem, 1).impulse, expected, rtol=within, atol=0.0)
+    assert np.allclose(after(problem, 1).books.impulse, expected, rtol=within, atol=0.0)
 
 
 @each_shape

@@ -75,7 +75,7 @@ def test_audit__computes_no_term_from_the_balance() -> None:
 def test_bodies__sum_to_the_audited_totals(kind: str) -> None:
     """Energy by kind and body, with what departed and what was removed, is all that the audit knows."""
     problem = replace(leaving(kind, end_time=2e-6), contact=Contact())
-    outcome, initial = simulate(problem, interval=0.5e-6), start(problem).start
+    outcome, initial = simulate(problem, interval=0.5e-6), start(problem).books.start
     energy = initial.kinetic + initial.internal
     axis = impact_axis(problem.geometry)
     assert outcome.audit.bodies[1].departed_kinetic > 0.0

@@ -70,17 +70,17 @@ def at_wall() -> Problem:
 
 # Each has something of its own to carry, above zero in the run. Every shape and scheme is the case ``bits``.
 PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
-    "outflow": (lambda: leaving("axisymmetric", end_time=END), lambda run: run.ledger.mass),
-    "outflow-3d": (lambda: leaving("cartesian", end_time=END), lambda run: run.ledger.mass),
-    "wall": (at_wall, lambda run: run.impulse[1]),
-    "rubbing": (rubbing, lambda run: min(run.removed, run.removed_by_contact)),
+    "outflow": (lambda: leaving("axisymmetric", end_time=END), lambda run: run.books.ledger.mass),
+    "outflow-3d": (lambda: leaving("cartesian", end_time=END), lambda run: run.books.ledger.mass),
+    "wall": (at_wall, lambda run: run.books.impulse[1]),
+    "rubbing": (rubbing, lambda run: min(run.books.removed, run.books.removed_by_contact)),
     "spline": (lambda: blocks(shape=QuadraticBSpline()), lambda run: run.counters.tension_floors),
     "usf": (lambda: blocks(scheme=Scheme.USF), lambda run: run.counters.tension_floors),
     "fixed-step": (lambda: blocks(fixed_dt=2e-8), lambda run: run.counters.tension_floors),
-    "loaded": (lambda: blocks(gravity=GRAVITY), lambda run: abs(run.worked)),
+    "loaded": (lambda: blocks(gravity=GRAVITY), lambda run: abs(run.books.worked)),
     "retired": (with_debris, lambda run: run.departed.mass.size),
     "arrivals": (arriving, lambda run: run.arrived),
-    "discarded": (lambda: closing("axisymmetric", end_time=2e-6), lambda run: run.ledger.discarded),
+    "discarded": (lambda: closing("axisymmetric", end_time=2e-6), lambda run: run.books.ledger.discarded),
 }
 OF_OTHER_METHODS = tuple(samples.joined("PROBLEMS", {}, "solver"))
 PROBLEMS |= samples.joined("PROBLEMS", {}, "solver")

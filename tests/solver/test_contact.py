@@ -34,7 +34,7 @@ def test_contact__leaves_bodies_alone_that_draw_apart(shape: Any) -> None:
     problem = Problem(geometry, bodies, OPEN, end_time=1.0, contact=Contact(), shape=shape)
     simulation = after(problem, 40)
     expected = np.where(simulation.body == 0, -SPEED, SPEED)
-    assert simulation.removed == 0.0
+    assert simulation.books.removed == 0.0
     assert np.allclose(simulation.particles.velocity[:, 2], expected, rtol=ROUND_OFF)
     assert np.abs(simulation.particles.pressure).max() <= 1.0
 

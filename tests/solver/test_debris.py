@@ -75,8 +75,8 @@ def test_departed__is_what_has_come_off_and_meets_nothing(
 def test_balances__hold_with_what_was_retired() -> None:
     simulation = after(behind(), STEPS)
     audit, debris = simulation.audit(), simulation.problem.bodies[0]
-    assert simulation.ledger.particles == debris.mass.size
-    assert simulation.ledger.mass == pytest.approx(debris.mass.sum(), rel=ROUND_OFF)
+    assert simulation.books.ledger.particles == debris.mass.size
+    assert simulation.books.ledger.mass == pytest.approx(debris.mass.sum(), rel=ROUND_OFF)
     assert audit.outflow_energy == pytest.approx(1.0, rel=ROUND_OFF)
     assert_balanced(audit)
 
@@ -87,10 +87,12 @@ def test_ledger__books_what_still_expands_of_that_which_leaves_by_itself() -> No
         after(leaving("axisymmetric", retirement=Retirement(body=0, after=np.inf, expansion=limit)), STEPS)
         for limit in (-np.inf, np.inf)
     )
-    assert everything.ledger.expanding == pytest.approx(everything.ledger.mass, rel=ROUND_OFF)
-    assert everything.audit().expanding_mass == pytest.approx(everything.ledger.mass / everything.start.mass)
-    assert everything.ledger.mass == nothing.ledger.mass > 0.0
-    assert nothing.ledger.expanding == 0.0
+    assert everything.books.ledger.expanding == pytest.approx(everything.books.ledger.mass, rel=ROUND_OFF)
+    assert everything.audit().expanding_mass == pytest.approx(
+        everything.books.ledger.mass / everything.books.start.mass
+    )
+    assert everything.books.ledger.mass == nothing.books.ledger.mass > 0.0
+    assert nothing.books.ledger.expanding == 0.0
 
 
 def test_ledger__books_nothing_that_expands_of_a_piece_that_is_retired() -> None:
@@ -98,8 +100,8 @@ def test_ledger__books_nothing_that_expands_of_a_piece_that_is_retired() -> None
     simulation = start(behind(retirement=Retirement(body=1, after=0.0, expansion=1.0)), threads=1)
     simulation.particles.pressure[simulation.body == 0] = np.resize([1e9, -1e9], (simulation.body == 0).sum())
     simulation._retire()
-    assert simulation.ledger.mass == pytest.approx(simulation.problem.bodies[0].mass.sum(), rel=ROUND_OFF)
-    assert simulation.ledger.expanding == 0.0
+    assert simulation.books.ledger.mass == pytest.approx(simulation.problem.bodies[0].mass.sum(), rel=ROUND_OFF)
+    assert simulation.books.ledger.expanding == 0.0
 
 
 # What leaves by itself
@@ -108,7 +110,7 @@ def test_ledger__books_nothing_that_expands_of_a_piece_that_is_retired() -> None
 @pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
 def test_record__holds_what_leaves_the_grid_with_its_totals(kind: str) -> None:
     simulation = after(leaving(kind), STEPS)
-    departed, ledger, bodies = simulation.departed, simulation.ledger, simulation.audit().bodies
+    departed, ledger, bodies = simulation.departed, simulation.books.ledger, simulation.audit().bodies
     mass = departed.mass
     assert departed.number.size == ledger.particles > 0
     assert departed.number.size == np.unique(departed.number).size

@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.grid.step import Field, bound_kernels
+from solver.grid.step import Field, Kernels
 from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
 from solver.steps.crossing import cross_faces
+from solver.steps.space import new_pack
+from solver.steps.threads import ThreadPool
 from tests.solver.bodies import FREE, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
 
 BOX = box(4, 4, 4)
@@ -40,7 +42,7 @@ def test_wall__holds_what_still_approaches_at_the_end_of_the_step_and_never_pull
     """All nodes but the ghosts of the wall are loaded alike; the force is counted in momenta per step."""
     body, impulse = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0)), np.zeros(3)
     faces = (FREE, FREE, (Face.FREE, Face.WALL) if side else (Face.WALL, Face.FREE))
-    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1, bound_kernels())
+    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), Kernels(), ThreadPool(1), [new_pack()])
     field.touched[:] = 1
     field.nodes.mass[:] = 1.0
     field.nodes.momentum[:], field.nodes.force[:] = (0.0, 0.0, momentum), (0.0, 0.0, force / DT)
@@ -146,9 +148,9 @@ def test_face__closes_the_balances_of_a_bar_that_hits_it(face: Face, shape: Any)
     simulation = start(Problem(geometry, (bar,), faces, end_time=1.0, shape=shape), threads=1)
     impulses = []
     while simulation.time < 6e-6:
-        before = simulation.impulse[2]
+        before = simulation.books.impulse[2]
         simulation.advance()
-        impulses.append(simulation.impulse[2] - before)
+        impulses.append(simulation.books.impulse[2] - before)
     assert max(impulses) > 0.0
     assert (min(impulses) >= 0.0) == (face == Face.WALL)
     audit = simulation.audit()
@@ -165,5 +167,5 @@ def test_face__is_where_the_momentum_of_a_pressed_block_goes(upper: Face, expect
     simulation.particles.pressure[:] = pressure = 1e9
     dt = simulation.dt
     simulation.advance()
-    push = simulation.impulse[2] / (pressure * (2.0 * SPACING) ** 2 * dt)
+    push = simulation.books.impulse[2] / (pressure * (2.0 * SPACING) ** 2 * dt)
     assert push == pytest.approx(expected, abs=1e-9)

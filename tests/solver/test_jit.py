@@ -63,8 +63,8 @@ def test_kernel__is_compiled_where_the_cache_cannot_be_written(monkeypatch: pyte
     def full(*_: object) -> None:
         raise OSError(errno.EROFS, "read-only")
 
-    monkeypatch.setattr(doubled._cache, "load_overload", lambda *_: None)
-    monkeypatch.setattr(doubled._cache, "save_overload", full)
+    monkeypatch.setattr(f"{__name__}.doubled._cache.load_overload", lambda *_: None)
+    monkeypatch.setattr(f"{__name__}.doubled._cache.save_overload", full)
     assert doubled(2.5) == 5.0
 
 

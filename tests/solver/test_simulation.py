@@ -134,7 +134,7 @@ def test_outflow__is_in_the_ledger_from_the_step_in_which_it_leaves(kind: str, s
         inside = (particles.position - geometry.lower) / SPACING
         assert ((inside >= 0.0) & (inside < geometry.cells) | (geometry.cells == 0)).all()
         assert_balanced(audit)
-        recorded.add(simulation.ledger.particles)
+        recorded.add(simulation.books.ledger.particles)
     assert len(recorded) == 7  # nothing, then each of the six layers
     assert max(recorded) == goes.mass.size
     assert audit.outflow_energy == pytest.approx(1.0, rel=ROUND_OFF)

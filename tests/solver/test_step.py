@@ -59,8 +59,8 @@ def test_damping__accounts_for_what_it_removes(kind: str, shape: Any, order: int
     assert_balanced(audit)
     # Nothing is outside of free bodies that could have taken momentum along their flight.
     axis = 2 if kind == "cartesian" else 1
-    end = totals(simulation.particles).momentum[axis] + simulation.ledger.momentum[axis]
-    assert end == pytest.approx(simulation.start.momentum[axis], rel=ROUND_OFF)
+    end = totals(simulation.particles).momentum[axis] + simulation.books.ledger.momentum[axis]
+    assert end == pytest.approx(simulation.books.start.momentum[axis], rel=ROUND_OFF)
 
 
 def flown(damping: Damping, fixed_dt: float, checkerboard: float) -> Simulation:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.eos.mie_grueneisen import MieGrueneisen
 from solver.matter.laws import Matter
 from solver.matter.stress import PointState, advance
 from solver.matter.tensor import contract
@@ -49,7 +50,9 @@ def test_energy_to_come__has_the_half_of_the_new_stress_on_top() -> None:
     assert math.isclose(present - new.energy, work, rel_tol=1e-9)
 
 
-TANGENT = 1.0 + real_copper().eos.mu_tangent  # times the density
+REAL = real_copper().eos
+assert isinstance(REAL, MieGrueneisen)
+TANGENT = 1.0 + REAL.mu_tangent  # times the density
 
 
 @pytest.mark.parametrize(

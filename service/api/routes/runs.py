@@ -4,6 +4,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Query, Request, Response
+from pydantic_core import to_jsonable_python
 from starlette.concurrency import run_in_threadpool
 
 from service.api.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
@@ -32,7 +33,7 @@ def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: PageLimit = 50)
 def show_run(id: RunId, store: AppStore) -> RunQuestion:
     """A run: its complete parameters, its state and its measurements."""
     run = RunModel.of(store.runs.get(id))
-    return RunQuestion(**vars(run), question=store.runs.spec(id))
+    return RunQuestion(**vars(run), question=to_jsonable_python(store.runs.spec(id)))
 
 
 @router.get("/{id}/files")

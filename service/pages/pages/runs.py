@@ -1,5 +1,6 @@
 """A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -208,7 +209,7 @@ def _printed(
 @lru_cache(maxsize=16)
 def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Chart]:
     """The histories of a result by name: energies, then measurements in the order of the scenario."""
-    plain = artifacts.read_json(result)
+    plain = json.loads(artifacts.path(result).read_bytes())
     charts = {ENERGY: _energies(plain["histories"], plain["histories"])} if plain.get("histories") else {}
     for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
         history, measurement = plain["measurements"][name]["history"], measurements.load(name)
@@ -234,8 +235,8 @@ def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
     """The parameters that the youngest sweep of a run names."""
     if not places:
         return set()
-    document = store.sweeps.document(places[0].sweep_id)
-    return {*places[0].coordinates, *document.get("fixed", {}), RESOLUTION}
+    fixed = store.sweeps.document(places[0].sweep_id).get("fixed")
+    return {*places[0].coordinates, *(fixed if isinstance(fixed, dict) else {}), RESOLUTION}
 
 
 @dataclass(frozen=True)

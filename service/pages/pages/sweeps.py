@@ -1,5 +1,6 @@
 """The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
 
+import json
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -217,4 +218,4 @@ def _headline(artifacts: Artifacts, report: Stored | None) -> str:
 @lru_cache(maxsize=256)
 def _headline_of(artifacts: Artifacts, report: Stored) -> str:
     """The headline of a report, which has megabytes; its record has the digest of its content."""
-    return str(artifacts.read_json(report).get("headline", ""))
+    return str(json.loads(artifacts.path(report).read_bytes()).get("headline", ""))

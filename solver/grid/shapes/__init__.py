@@ -1,13 +1,13 @@
 """Shape functions along one axis; the geometry multiplies them together.
 
-A file adds one: a parameter record under ``SHAPE`` and the two functions below for its type. A sweep chooses it by name
+A file adds one: a parameter record under ``SHAPE`` with the two functions below as methods. A sweep chooses it by name
 in ``shape``. Contract: weights sum to one, slopes to zero, and the weighted node coordinates to the particle's own.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from solver.jit import generic
+from solver.jit import Record, generic
 
 
 class ShapeEntry(NamedTuple):
@@ -15,7 +15,7 @@ class ShapeEntry(NamedTuple):
 
     name: str  # as ``shape`` in a sweep names it
     record: type
-    make: Callable[[int], Any]  # the record for so many particles per cell along each direction
+    make: Callable[[int], Record]  # the record for so many particles per cell along each direction
     flat_cost: float  # s per particle-step in axisymmetry, for estimates
     box_cost: float  # s per particle-step in three dimensions
 

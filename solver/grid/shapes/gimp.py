@@ -6,8 +6,8 @@ the axes; it is part of the shape, because all bodies of a problem are sampled a
 
 from typing import NamedTuple
 
-from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import device, gives, implements
+from solver.grid.shapes import ShapeEntry
+from solver.jit import device
 from solver.units import Dimensionless
 from solver.vectors import absolute, floor, maximum, minimum
 
@@ -17,6 +17,17 @@ class Gimp(NamedTuple):
 
     half: Dimensionless = 0.25  # of a particle's width, in cells, at most 1/2
 
+    def width(self):
+        return 3
+
+    def weights(self, place):
+        first = floor(place - self.half)
+        left = place - first - self.half
+        w0, s0 = _node(self, left)
+        w1, s1 = _node(self, left - 1.0)
+        w2, s2 = _node(self, left - 2.0)
+        return first, (w0, w1, w2), (s0, s1, s2)
+
 
 def gimp(particles_per_cell):
     """Boxes that fill a cell side by side."""
@@ -24,9 +35,6 @@ def gimp(particles_per_cell):
 
 
 SHAPE = ShapeEntry("gimp", Gimp, gimp, flat_cost=0.122e-6, box_cost=0.269e-6)
-
-
-gives(width, Gimp, 3)
 
 
 @device
@@ -47,13 +55,3 @@ def _node(shape, left):
     right = left + 2.0 * shape.half
     inverse = 0.5 / shape.half
     return (_area(right) - _area(left)) * inverse, (_tent(right) - _tent(left)) * inverse
-
-
-@implements(weights, Gimp)
-def weights_of_gimp(shape, place):
-    first = floor(place - shape.half)
-    left = place - first - shape.half
-    w0, s0 = _node(shape, left)
-    w1, s1 = _node(shape, left - 1.0)
-    w2, s2 = _node(shape, left - 2.0)
-    return first, (w0, w1, w2), (s0, s1, s2)

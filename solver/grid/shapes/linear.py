@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import gives, implements
+from solver.grid.shapes import ShapeEntry
 from solver.vectors import floor, maximum, minimum
 
 # Cells. A particle on a node would have no weight in the next one and yet pull at it: that node would have a force and
@@ -16,15 +15,13 @@ class Linear(NamedTuple):
 
     order: int = 1
 
+    def width(self):
+        return 2
+
+    def weights(self, place):
+        first = floor(place)
+        part = minimum(maximum(place - first, BESIDE), 1.0 - BESIDE)
+        return first, (1.0 - part, part), (-1.0, 1.0)
+
 
 SHAPE = ShapeEntry("linear", Linear, lambda _: Linear(), flat_cost=0.094e-6, box_cost=0.204e-6)
-
-
-gives(width, Linear, 2)
-
-
-@implements(weights, Linear)
-def weights_of_linear(shape, place):
-    first = floor(place)
-    part = minimum(maximum(place - first, BESIDE), 1.0 - BESIDE)
-    return first, (1.0 - part, part), (-1.0, 1.0)

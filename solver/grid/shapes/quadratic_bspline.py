@@ -5,8 +5,7 @@ Steffen, Kirby and Berzins (2008), Int. J. Numer. Methods Eng. 76, 922.
 
 from typing import NamedTuple
 
-from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import gives, implements
+from solver.grid.shapes import ShapeEntry
 from solver.vectors import floor
 
 
@@ -15,18 +14,16 @@ class QuadraticBSpline(NamedTuple):
 
     order: int = 2
 
+    def width(self):
+        return 3
+
+    def weights(self, place):
+        middle = floor(place + 0.5)
+        part = place - middle  # -1/2 .. 1/2
+        left, right = 0.5 - part, 0.5 + part
+        return (middle - 1.0, (0.5 * left * left, 0.75 - part * part, 0.5 * right * right), (-left, -2.0 * part, right))
+
 
 SHAPE = ShapeEntry(
     "quadratic-bspline", QuadraticBSpline, lambda _: QuadraticBSpline(), flat_cost=0.106e-6, box_cost=0.237e-6
 )
-
-
-gives(width, QuadraticBSpline, 3)
-
-
-@implements(weights, QuadraticBSpline)
-def weights_of_quadratic_spline(shape, place):
-    middle = floor(place + 0.5)
-    part = place - middle  # -1/2 .. 1/2
-    left, right = 0.5 - part, 0.5 + part
-    return (middle - 1.0, (0.5 * left * left, 0.75 - part * part, 0.5 * right * right), (-left, -2.0 * part, right))

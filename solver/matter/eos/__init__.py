@@ -1,7 +1,7 @@
 """Equations of state: pressure as a function of density and internal energy.
 
-A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
-functions below implemented for its type, without ``if``, so that they act on eight points at a time. A material file
+A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, with the
+functions below as its methods, without ``if``, so that they act on eight points at a time. A material file
 gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` are those of the rest of
 the material; ``make`` computes the others, which have defaults. A form with any other field is for verification alone.
 ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
@@ -13,10 +13,26 @@ rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
-from solver.jit import device, generic, overridable
+from solver.jit import Record, device, generic, overridable
 from solver.vectors import maximum
+
+
+class EosRecord(Record, Protocol):
+    """The parameters of an equation of state."""
+
+    @property
+    def density(self) -> float:
+        """Density of the reference state, kg/m3."""
+
+    @property
+    def heat_capacity(self) -> float:
+        """Heat capacity at constant volume, J/(kg K)."""
+
+    @property
+    def temperature(self) -> float:
+        """Temperature of the reference state, K."""
 
 
 class EosEntry(NamedTuple):
@@ -24,7 +40,7 @@ class EosEntry(NamedTuple):
 
     name: str  # as a material file names it
     record: type  # parameter record; the device functions are chosen by it
-    make: Callable[..., Any]  # the complete record, from its fields without default
+    make: Callable[..., EosRecord]  # the complete record, from its fields without default
     kind: str = ""  # name of another form whose materials this one can compute too
     # As ``eos_form`` in a sweep names it: for materials of its kind, or of any where it needs no constant of its own.
     form: str = ""
@@ -48,7 +64,7 @@ def sound_speed_squared(eos, density, energy, pressure):
 
 
 @generic
-def temperature(eos, density, energy):
+def temperature_at(eos, density, energy):
     """Temperature in K of matter with a specific internal energy in J/kg; may fall below zero, the caller counts."""
 
 

@@ -10,8 +10,8 @@ in copper and amounts to 4 K.
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from solver.jit import device, generic, implements
-from solver.matter.eos import outside_range, pressure_terms, reference_sound_speed, temperature
+from solver.jit import device, generic
+from solver.matter.eos import pressure_terms
 from solver.vectors import exp, maximum, minimum
 
 # Steps of the isentrope's integration, and the degree of the polynomial in t = mu / (1 + mu) for the ratio of e_s to
@@ -77,7 +77,8 @@ def horner(coefficients, t):
 
 
 @device
-def _temperature(eos, density, energy):
+def temperature_of_form(eos, density, energy):
+    """``temperature_at`` of both forms."""
     mu = maximum(density * (1.0 / eos.density) - 1.0, 0.0)
     lost = mu * (eos.density / density)  # of the volume: mu / (1 + mu)
     t = minimum(lost, eos.mu_tangent / (1.0 + eos.mu_tangent))
@@ -85,20 +86,3 @@ def _temperature(eos, density, energy):
     on_isentrope = 0.5 * hugoniot * t * (1.0 / eos.density) * horner(eos.isentrope, t)
     warmed = eos.temperature * exp(eos.gamma0 * lost)
     return warmed + (energy - on_isentrope) * (1.0 / eos.heat_capacity)
-
-
-@device
-def _outside_range(eos, density):
-    return density > eos.density * (1.0 + eos.mu_tangent)
-
-
-@device
-def _reference_sound_speed(eos):
-    return eos.c0
-
-
-def implement_common(record):
-    """Register what does not depend on the form."""
-    implements(temperature, record)(_temperature)
-    implements(outside_range, record)(_outside_range)
-    implements(reference_sound_speed, record)(_reference_sound_speed)

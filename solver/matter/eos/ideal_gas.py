@@ -6,8 +6,7 @@ and temperature there say what a fast signal, a thin state and a hot one are.
 
 from typing import NamedTuple
 
-from solver.jit import implements
-from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import EosEntry
 from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 
 
@@ -20,27 +19,19 @@ class IdealGas(NamedTuple):
     heat_capacity: HeatCapacity  # cv
     temperature: RoomTemperature  # of the reference state
 
+    def pressure_terms(self, density, energy):
+        return 0.0, (self.gamma - 1.0) * density
+
+    def sound_speed_squared(self, density, energy, pressure):
+        return (self.gamma - 1.0) * (energy + pressure / density)
+
+    def temperature_at(self, density, energy):
+        # c^2 = gamma (gamma - 1) e
+        reference = self.sound_speed * self.sound_speed / (self.gamma * (self.gamma - 1.0))
+        return self.temperature + (energy - reference) / self.heat_capacity
+
+    def reference_sound_speed(self):
+        return self.sound_speed
+
 
 EOS = EosEntry("ideal-gas", IdealGas, IdealGas)
-
-
-@implements(pressure_terms, IdealGas)
-def pressure_terms_of_ideal_gas(eos, density, energy):
-    return 0.0, (eos.gamma - 1.0) * density
-
-
-@implements(sound_speed_squared, IdealGas)
-def sound_speed_squared_of_ideal_gas(eos, density, energy, pressure):
-    return (eos.gamma - 1.0) * (energy + pressure / density)
-
-
-@implements(temperature, IdealGas)
-def temperature_of_ideal_gas(eos, density, energy):
-    # c^2 = gamma (gamma - 1) e
-    reference = eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
-    return eos.temperature + (energy - reference) / eos.heat_capacity
-
-
-@implements(reference_sound_speed, IdealGas)
-def reference_sound_speed_of_ideal_gas(eos):
-    return eos.sound_speed

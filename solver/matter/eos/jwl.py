@@ -27,16 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import device, gives, implements
-from solver.matter.eos import (
-    EosEntry,
-    burning,
-    burns,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
+from solver.jit import device
+from solver.matter.eos import EosEntry
 from solver.state import LIGHTING
 from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, Pascal, RoomTemperature
 from solver.vectors import exp, load, maximum, minimum
@@ -59,6 +51,44 @@ class JonesWilkinsLee(NamedTuple):
     heat_capacity: HeatCapacity = math.inf  # cv of the products; inf: the temperature stays
     width: Dimensionless = BURN_WIDTH  # width of the burning zone, cells
     burnt: Dimensionless = 0.0  # F
+
+    def burns(self):
+        return True
+
+    def burning(self, table, p, lanes, time, spacing):
+        lighting = load(table, LIGHTING, p, lanes)
+        return JonesWilkinsLee(
+            self.density,
+            self.A,
+            self.B,
+            self.R1,
+            self.R2,
+            self.omega,
+            self.E0,
+            self.detonation_velocity,
+            self.temperature,
+            self.heat_capacity,
+            self.width,
+            burnt_fraction(self, lighting, time, spacing),
+        )
+
+    def pressure_terms(self, density, energy):
+        _, _, cold, _ = _terms(self, density)
+        return self.burnt * cold, self.burnt * (self.omega * density)
+
+    def sound_speed_squared(self, density, energy, pressure):
+        _, _, _, slope = _terms(self, density)
+        # dV = -V / rho drho; at constant entropy de = p / rho^2 drho.
+        compressed = -slope * self.density / (density * density) + self.omega * energy
+        return self.burnt * (compressed + self.omega * pressure / density)
+
+    def temperature_at(self, density, energy):
+        first, second, _, _ = _terms(self, density)
+        cold = (first / self.R1 + second / self.R2) / self.density
+        return self.temperature + self.burnt * (energy - cold) / self.heat_capacity
+
+    def reference_sound_speed(self):
+        return self.detonation_velocity
 
 
 EOS = EosEntry("jwl", JonesWilkinsLee, JonesWilkinsLee)
@@ -97,28 +127,6 @@ def burnt_fraction(eos, lighting, time, spacing):
     return minimum(maximum(run, 0.0), 1.0)
 
 
-gives(burns, JonesWilkinsLee, True)
-
-
-@implements(burning, JonesWilkinsLee)
-def burning_of_jwl(eos, table, p, lanes, time, spacing):
-    lighting = load(table, LIGHTING, p, lanes)
-    return JonesWilkinsLee(
-        eos.density,
-        eos.A,
-        eos.B,
-        eos.R1,
-        eos.R2,
-        eos.omega,
-        eos.E0,
-        eos.detonation_velocity,
-        eos.temperature,
-        eos.heat_capacity,
-        eos.width,
-        burnt_fraction(eos, lighting, time, spacing),
-    )
-
-
 @device
 def _terms(eos, density):
     """The two exponential terms of p_s at the volume of a density, and their sum's slope with the volume."""
@@ -129,29 +137,3 @@ def _terms(eos, density):
     slope = first * (thermal - eos.R1 + thermal / (eos.R1 * volume))
     slope = slope + second * (thermal - eos.R2 + thermal / (eos.R2 * volume))
     return first, second, cold, slope
-
-
-@implements(pressure_terms, JonesWilkinsLee)
-def pressure_terms_of_jwl(eos, density, energy):
-    _, _, cold, _ = _terms(eos, density)
-    return eos.burnt * cold, eos.burnt * (eos.omega * density)
-
-
-@implements(sound_speed_squared, JonesWilkinsLee)
-def sound_speed_squared_of_jwl(eos, density, energy, pressure):
-    _, _, _, slope = _terms(eos, density)
-    # dV = -V / rho drho; at constant entropy de = p / rho^2 drho.
-    compressed = -slope * eos.density / (density * density) + eos.omega * energy
-    return eos.burnt * (compressed + eos.omega * pressure / density)
-
-
-@implements(temperature, JonesWilkinsLee)
-def temperature_of_jwl(eos, density, energy):
-    first, second, _, _ = _terms(eos, density)
-    cold = (first / eos.R1 + second / eos.R2) / eos.density
-    return eos.temperature + eos.burnt * (energy - cold) / eos.heat_capacity
-
-
-@implements(reference_sound_speed, JonesWilkinsLee)
-def reference_sound_speed_of_jwl(eos):
-    return eos.detonation_velocity

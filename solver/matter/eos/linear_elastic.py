@@ -10,8 +10,7 @@ rho0, is heat; on the isentrope the temperature stays what it was.
 import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import EosEntry
 from solver.units import Density, FromMaterial, HeatCapacity, Pascal, RoomTemperature
 from solver.vectors import log
 
@@ -24,27 +23,19 @@ class LinearElastic(NamedTuple):
     temperature: RoomTemperature  # of the reference state
     heat_capacity: HeatCapacity = math.inf  # cv; inf: the temperature stays what it is
 
+    def pressure_terms(self, density, energy):
+        return self.bulk_modulus * (density / self.density - 1.0), 0.0
+
+    def sound_speed_squared(self, density, energy, pressure):
+        return self.bulk_modulus / self.density
+
+    def temperature_at(self, density, energy):
+        x = density / self.density
+        cold = self.bulk_modulus / self.density * (log(x) - 1.0 + 1.0 / x)
+        return self.temperature + (energy - cold) / self.heat_capacity
+
+    def reference_sound_speed(self):
+        return math.sqrt(self.bulk_modulus / self.density)
+
 
 EOS = EosEntry("linear-elastic", LinearElastic, LinearElastic, form="elastic")
-
-
-@implements(pressure_terms, LinearElastic)
-def pressure_terms_of_linear_elastic(eos, density, energy):
-    return eos.bulk_modulus * (density / eos.density - 1.0), 0.0
-
-
-@implements(sound_speed_squared, LinearElastic)
-def sound_speed_squared_of_linear_elastic(eos, density, energy, pressure):
-    return eos.bulk_modulus / eos.density
-
-
-@implements(temperature, LinearElastic)
-def temperature_of_linear_elastic(eos, density, energy):
-    x = density / eos.density
-    cold = eos.bulk_modulus / eos.density * (log(x) - 1.0 + 1.0 / x)
-    return eos.temperature + (energy - cold) / eos.heat_capacity
-
-
-@implements(reference_sound_speed, LinearElastic)
-def reference_sound_speed_of_linear_elastic(eos):
-    return math.sqrt(eos.bulk_modulus / eos.density)

@@ -9,12 +9,11 @@ of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
 from functools import cache
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.eos import EosEntry, pressure_terms, sound_speed_squared
+from solver.matter.eos import EosEntry
 from solver.matter.eos._hugoniot import (
-    implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
+    temperature_of_form,
     with_isentrope,
 )
 from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
@@ -38,6 +37,42 @@ class MieGrueneisen(NamedTuple):
     mu_tangent: Dimensionless = 0.0  # compression from which p_H follows its tangent
     isentrope: tuple[float, ...] = ()  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
+    def temperature_at(self, density, energy):
+        return temperature_of_form(self, density, energy)
+
+    def outside_range(self, density):
+        return density > self.density * (1.0 + self.mu_tangent)
+
+    def reference_sound_speed(self):
+        return self.c0
+
+    def reference_curve(self, mu):
+        """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
+        stiffness = self.density * self.c0 * self.c0
+        inside = minimum(mu, self.mu_tangent)
+        pole = 1.0 / (1.0 - (self.s - 1.0) * inside)
+        value = stiffness * inside * (1.0 + inside) * pole * pole
+        slope = stiffness * (1.0 + (self.s + 1.0) * inside) * pole * pole * pole
+        return value + slope * (mu - inside), slope
+
+    def pressure_terms(self, density, energy):
+        thinning = self.density / density
+        mu = density * (1.0 / self.density) - 1.0
+        pressed = maximum(mu, 0.0)
+        hugoniot, _ = reference_curve(self, pressed)
+        cold = hugoniot * (1.0 - 0.5 * self.gamma0 * pressed * thinning)
+        return (
+            where(mu < 0.0, self.density * self.c0 * self.c0 * mu, cold),
+            self.gamma0 * minimum(density, self.density),
+        )
+
+    def sound_speed_squared(self, density, energy, pressure):
+        thinning = self.density / density
+        mu = density * (1.0 / self.density) - 1.0
+        expanded = self.c0 * self.c0 + self.gamma0 * (energy + pressure * thinning * (1.0 / self.density))
+        pressed = isentropic_sound_speed_squared(self, maximum(mu, 0.0), thinning, pressure)
+        return where(mu < 0.0, expanded, pressed)
+
 
 @cache
 def mie_grueneisen(**constants):
@@ -48,36 +83,3 @@ def mie_grueneisen(**constants):
 
 
 EOS = EosEntry("mie-grueneisen", MieGrueneisen, mie_grueneisen, form="hugoniot")
-
-
-@implements(reference_curve, MieGrueneisen)
-def reference_curve_of_mie_grueneisen(eos, mu):
-    """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
-    stiffness = eos.density * eos.c0 * eos.c0
-    inside = minimum(mu, eos.mu_tangent)
-    pole = 1.0 / (1.0 - (eos.s - 1.0) * inside)
-    value = stiffness * inside * (1.0 + inside) * pole * pole
-    slope = stiffness * (1.0 + (eos.s + 1.0) * inside) * pole * pole * pole
-    return value + slope * (mu - inside), slope
-
-
-@implements(pressure_terms, MieGrueneisen)
-def pressure_terms_of_mie_grueneisen(eos, density, energy):
-    thinning = eos.density / density
-    mu = density * (1.0 / eos.density) - 1.0
-    pressed = maximum(mu, 0.0)
-    hugoniot, _ = reference_curve(eos, pressed)
-    cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed * thinning)
-    return (where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold), eos.gamma0 * minimum(density, eos.density))
-
-
-@implements(sound_speed_squared, MieGrueneisen)
-def sound_speed_squared_of_mie_grueneisen(eos, density, energy, pressure):
-    thinning = eos.density / density
-    mu = density * (1.0 / eos.density) - 1.0
-    expanded = eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure * thinning * (1.0 / eos.density))
-    pressed = isentropic_sound_speed_squared(eos, maximum(mu, 0.0), thinning, pressure)
-    return where(mu < 0.0, expanded, pressed)
-
-
-implement_common(MieGrueneisen)

@@ -9,12 +9,11 @@ thesis' own 6 km/s problem reached 68 km/s.
 from functools import cache
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
+from solver.matter.eos import EosEntry
 from solver.matter.eos._hugoniot import (
-    implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
+    temperature_of_form,
     with_isentrope,
 )
 from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
@@ -37,6 +36,43 @@ class MieGrueneisenCubic(NamedTuple):
     mu_tangent: Dimensionless = RANGE  # largest compression of the isentrope
     isentrope: tuple[float, ...] = ()  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
+    def temperature_at(self, density, energy):
+        return temperature_of_form(self, density, energy)
+
+    def outside_range(self, density):
+        return density > self.density * (1.0 + self.mu_tangent)
+
+    def reference_sound_speed(self):
+        return self.c0
+
+    def reference_curve(self, mu):
+        """p_H and dp_H/dmu in Pa."""
+        c = self.density * self.c0 * self.c0
+        d = c * (2.0 * self.s - 1.0)
+        k = c * (self.s - 1.0) * (3.0 * self.s - 1.0)
+        pressed = maximum(mu, 0.0)
+        return mu * (c + pressed * (d + pressed * k)), c + pressed * (2.0 * d + 3.0 * k * pressed)
+
+    def pressure_terms(self, density, energy):
+        mu = maximum(density / self.density - 1.0, THINNEST)
+        hugoniot, _ = reference_curve(self, mu)
+        return (
+            hugoniot * (1.0 - 0.5 * self.gamma0 * mu / (1.0 + maximum(mu, 0.0))),
+            self.gamma0 * minimum(density, self.density),
+        )
+
+    def sound_speed_squared(self, density, energy, pressure):
+        mu = density / self.density - 1.0
+        cold = where(mu < THINNEST, 0.0, self.c0 * self.c0 * (1.0 - self.gamma0 * mu))
+        return where(
+            mu < 0.0,
+            cold + self.gamma0 * (energy + pressure / density),
+            isentropic_sound_speed_squared(self, maximum(mu, 0.0), self.density / density, pressure),
+        )
+
+    def below_range(self, density):
+        return density / self.density - 1.0 < THINNEST
+
 
 @cache
 def mie_grueneisen_cubic(**constants):
@@ -45,42 +81,3 @@ def mie_grueneisen_cubic(**constants):
 
 
 EOS = EosEntry("mie-grueneisen-cubic", MieGrueneisenCubic, mie_grueneisen_cubic, kind="mie-grueneisen", form="cubic")
-
-
-@implements(reference_curve, MieGrueneisenCubic)
-def reference_curve_of_mie_grueneisen_cubic(eos, mu):
-    """p_H and dp_H/dmu in Pa."""
-    c = eos.density * eos.c0 * eos.c0
-    d = c * (2.0 * eos.s - 1.0)
-    k = c * (eos.s - 1.0) * (3.0 * eos.s - 1.0)
-    pressed = maximum(mu, 0.0)
-    return mu * (c + pressed * (d + pressed * k)), c + pressed * (2.0 * d + 3.0 * k * pressed)
-
-
-@implements(pressure_terms, MieGrueneisenCubic)
-def pressure_terms_of_mie_grueneisen_cubic(eos, density, energy):
-    mu = maximum(density / eos.density - 1.0, THINNEST)
-    hugoniot, _ = reference_curve(eos, mu)
-    return (
-        hugoniot * (1.0 - 0.5 * eos.gamma0 * mu / (1.0 + maximum(mu, 0.0))),
-        eos.gamma0 * minimum(density, eos.density),
-    )
-
-
-@implements(sound_speed_squared, MieGrueneisenCubic)
-def sound_speed_squared_of_mie_grueneisen_cubic(eos, density, energy, pressure):
-    mu = density / eos.density - 1.0
-    cold = where(mu < THINNEST, 0.0, eos.c0 * eos.c0 * (1.0 - eos.gamma0 * mu))
-    return where(
-        mu < 0.0,
-        cold + eos.gamma0 * (energy + pressure / density),
-        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), eos.density / density, pressure),
-    )
-
-
-@implements(below_range, MieGrueneisenCubic)
-def below_range_of_mie_grueneisen_cubic(eos, density):
-    return density / eos.density - 1.0 < THINNEST
-
-
-implement_common(MieGrueneisenCubic)

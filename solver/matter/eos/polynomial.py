@@ -11,8 +11,8 @@ Temperature: the room's with the energy E0, and the heat capacity from there on.
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import device, implements
-from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.jit import device
+from solver.matter.eos import EosEntry
 from solver.units import Density, Described, Dimensionless, HeatCapacity, Pascal, RoomTemperature
 
 MOST = 1e13  # Pa
@@ -33,6 +33,22 @@ class Polynomial(NamedTuple):
     temperature: RoomTemperature  # temperature of the reference state
     E0: Pascal = 0.0  # energy of the reference state per its volume, J/m3; with it the body begins
 
+    def pressure_terms(self, density, energy):
+        cold, heated, _, _ = _factors(self, density)
+        return cold, heated * self.density
+
+    def sound_speed_squared(self, density, energy, pressure):
+        _, heated, cold_slope, heated_slope = _factors(self, density)
+        along = cold_slope / self.density + heated_slope * energy
+        return along + heated * self.density * pressure / (density * density)
+
+    def temperature_at(self, density, energy):
+        return self.temperature + (energy - self.E0 / self.density) / self.heat_capacity
+
+    def reference_sound_speed(self):
+        squared = self.C1 + self.C5 * self.E0 + self.C4 * (self.C0 + self.C4 * self.E0)
+        return (max(squared, 0.0) / self.density) ** 0.5
+
 
 EOS = EosEntry("polynomial", Polynomial, Polynomial)
 
@@ -46,27 +62,3 @@ def _factors(eos, density):
     cold_slope = eos.C1 + mu * (2.0 * eos.C2 + 3.0 * mu * eos.C3)
     heated_slope = eos.C5 + 2.0 * mu * eos.C6
     return cold, heated, cold_slope, heated_slope
-
-
-@implements(pressure_terms, Polynomial)
-def pressure_terms_of_polynomial(eos, density, energy):
-    cold, heated, _, _ = _factors(eos, density)
-    return cold, heated * eos.density
-
-
-@implements(sound_speed_squared, Polynomial)
-def sound_speed_squared_of_polynomial(eos, density, energy, pressure):
-    _, heated, cold_slope, heated_slope = _factors(eos, density)
-    along = cold_slope / eos.density + heated_slope * energy
-    return along + heated * eos.density * pressure / (density * density)
-
-
-@implements(temperature, Polynomial)
-def temperature_of_polynomial(eos, density, energy):
-    return eos.temperature + (energy - eos.E0 / eos.density) / eos.heat_capacity
-
-
-@implements(reference_sound_speed, Polynomial)
-def reference_sound_speed_of_polynomial(eos):
-    squared = eos.C1 + eos.C5 * eos.E0 + eos.C4 * (eos.C0 + eos.C4 * eos.E0)
-    return (max(squared, 0.0) / eos.density) ** 0.5

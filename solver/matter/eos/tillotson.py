@@ -26,16 +26,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from solver.jit import device, implements
-from solver.matter.eos import (
-    EosEntry,
-    linearisations,
-    outside_range,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
+from solver.jit import device
+from solver.matter.eos import EosEntry
 from solver.matter.eos._hugoniot import ISENTROPE_DEGREE, horner
 from solver.units import (
     Below,
@@ -75,6 +67,30 @@ class Tillotson(NamedTuple):
     # e_s over A t^2 / (2 rho0), and ln(T_s / T0) over ln(1 + mu), by powers of t = mu / (1 + mu)
     isentrope: tuple[float, ...] = ()
     heating: tuple[float, ...] = ()
+
+    def pressure_terms(self, density, energy):
+        pressure, _, heating = _state(self, density, energy)
+        return pressure - heating * energy, heating
+
+    def linearisations(self):
+        return TANGENTS
+
+    def sound_speed_squared(self, density, energy, pressure):
+        _, slope, heating = _state(self, density, energy)
+        return slope + pressure / (density * density) * heating
+
+    def temperature_at(self, density, energy):
+        inside = minimum(maximum(density / self.density - 1.0, 0.0), self.mu_tangent)
+        t = inside / (1.0 + inside)
+        cold = 0.5 * self.A * t * t / self.density * horner(self.isentrope, t)
+        heated = exp(log(1.0 + inside) * horner(self.heating, t))
+        return self.temperature * heated + (energy - cold) / self.heat_capacity
+
+    def outside_range(self, density):
+        return density > self.density * (1.0 + self.mu_tangent)
+
+    def reference_sound_speed(self):
+        return math.sqrt(self.A / self.density)
 
 
 @cache
@@ -153,39 +169,3 @@ def _state(eos, density, energy):
         boiled * hot_slope + (1.0 - boiled) * cold_slope,
         boiled * hot_heating + (1.0 - boiled) * cold_heating + blending,
     )
-
-
-@implements(pressure_terms, Tillotson)
-def pressure_terms_of_tillotson(eos, density, energy):
-    pressure, _, heating = _state(eos, density, energy)
-    return pressure - heating * energy, heating
-
-
-@implements(linearisations, Tillotson)
-def linearisations_of_tillotson(eos):
-    return TANGENTS
-
-
-@implements(sound_speed_squared, Tillotson)
-def sound_speed_squared_of_tillotson(eos, density, energy, pressure):
-    _, slope, heating = _state(eos, density, energy)
-    return slope + pressure / (density * density) * heating
-
-
-@implements(temperature, Tillotson)
-def temperature_of_tillotson(eos, density, energy):
-    inside = minimum(maximum(density / eos.density - 1.0, 0.0), eos.mu_tangent)
-    t = inside / (1.0 + inside)
-    cold = 0.5 * eos.A * t * t / eos.density * horner(eos.isentrope, t)
-    heated = exp(log(1.0 + inside) * horner(eos.heating, t))
-    return eos.temperature * heated + (energy - cold) / eos.heat_capacity
-
-
-@implements(outside_range, Tillotson)
-def outside_range_of_tillotson(eos, density):
-    return density > eos.density * (1.0 + eos.mu_tangent)
-
-
-@implements(reference_sound_speed, Tillotson)
-def reference_sound_speed_of_tillotson(eos):
-    return math.sqrt(eos.A / eos.density)

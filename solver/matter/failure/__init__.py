@@ -1,6 +1,6 @@
 """Failure: what breaks matter for good; a failed point bears no tension, and no shear but the friction of rubble.
 
-A file adds one: a parameter record under ``FAILURE``, and ``grown_damage`` and ``floor_until_failure`` for its type. A
+A file adds one: a parameter record under ``FAILURE`` with methods ``grown_damage`` and ``floor_until_failure``. A
 sweep chooses it by name in ``failure`` and gives a field x of it that is ``Described`` as ``failure_x``; other fields
 are ``FromMaterial`` or have a default. A material with which matter fails at its first slip is refused.
 Damage 0 is whole and damage 1 has failed. Between them it is a record of what happened, and weakens only where a file
@@ -11,9 +11,11 @@ where a file gives ``opens`` and ``void_fraction``: there the pressure is that o
 failed carries no tension, and no shear without a ``rubble_friction`` of its matter.
 """
 
+import math
 from typing import NamedTuple
 
-from solver.jit import generic, overridable
+from solver.jit import device, generic, overridable
+from solver.vectors import where
 
 
 class FailureEntry(NamedTuple):
@@ -70,3 +72,9 @@ def void_fraction(failure, damage):
 def floor_until_failure(failure, floor):
     """Lowest pressure in Pa until matter fails; by default the ``floor`` of the rule of tension."""
     return floor
+
+
+@device
+def without_floor(floor):
+    """No lowest pressure but that of molten matter, which is 0: for failures that limit tension themselves."""
+    return where(floor < 0.0, -math.inf, floor)

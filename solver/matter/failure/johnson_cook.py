@@ -14,8 +14,8 @@ zero that is all matter above the triaxiality ln(-D1 / D2) / D3.
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import device, generic, gives, implements
-from solver.matter.failure import FailureEntry, grown_damage, integrity, weakens
+from solver.jit import device, generic
+from solver.matter.failure import FailureEntry
 from solver.units import Dimensionless, FromMaterial, PerSecond
 from solver.vectors import SMALLEST, exp, log, maximum, minimum, power, where
 
@@ -35,11 +35,29 @@ class JohnsonCookDamage(NamedTuple):
     critical_damage: Annotated[Dimensionless, FromMaterial("fracture.critical_damage")]  # D_c
     threshold: Annotated[Dimensionless, FromMaterial("fracture.threshold")]  # p_d
 
+    def weakens(self):
+        return True
+
+    def rate_factor(self, strain_rate):
+        return 1.0 + self.D4 * log(maximum(strain_rate * (1.0 / self.reference_rate), 1.0))
+
+    def grown_damage(self, damage, loading):
+        limit = fracture_strain(self, loading.triaxiality, loading.strain_rate, loading.homologous)
+        # The part of the slip that lies above the threshold.
+        slip = minimum(loading.slip, maximum(loading.plastic_strain - self.threshold, 0.0))
+        return minimum(damage + slip / maximum(limit - self.threshold, SMALLEST), 1.0)
+
+    def integrity(self, damage):
+        return where(damage < 1.0, 1.0 - self.critical_damage * damage, 0.0)
+
 
 class ModifiedJohnsonCookDamage(JohnsonCookDamage):
     """The same parameters, with the power of the rate."""
 
     __slots__ = ()
+
+    def rate_factor(self, strain_rate):
+        return power(1.0 + strain_rate * (1.0 / self.reference_rate), self.D4)
 
 
 FAILURE = (
@@ -53,37 +71,8 @@ def rate_factor(failure, strain_rate):
     """Factor of the fracture strain at a rate in 1/s."""
 
 
-@implements(rate_factor, JohnsonCookDamage)
-def rate_factor_of_johnson_cook_damage(failure, strain_rate):
-    return 1.0 + failure.D4 * log(maximum(strain_rate * (1.0 / failure.reference_rate), 1.0))
-
-
-@implements(rate_factor, ModifiedJohnsonCookDamage)
-def rate_factor_of_modified_johnson_cook_damage(failure, strain_rate):
-    return power(1.0 + strain_rate * (1.0 / failure.reference_rate), failure.D4)
-
-
 @device
 def fracture_strain(failure, triaxiality, strain_rate, homologous):
     """Plastic strain at failure under a constant triaxiality, rate (1/s) and homologous temperature."""
     ductility = failure.D1 + failure.D2 * exp(minimum(failure.D3 * triaxiality, NEVER))
     return ductility * rate_factor(failure, strain_rate) * (1.0 + failure.D5 * homologous)
-
-
-@implements(grown_damage, ModifiedJohnsonCookDamage)
-@implements(grown_damage, JohnsonCookDamage)
-def grown_damage_of_johnson_cook_damage(failure, damage, loading):
-    limit = fracture_strain(failure, loading.triaxiality, loading.strain_rate, loading.homologous)
-    # The part of the slip that lies above the threshold.
-    slip = minimum(loading.slip, maximum(loading.plastic_strain - failure.threshold, 0.0))
-    return minimum(damage + slip / maximum(limit - failure.threshold, SMALLEST), 1.0)
-
-
-gives(weakens, JohnsonCookDamage, True)
-gives(weakens, ModifiedJohnsonCookDamage, True)
-
-
-@implements(integrity, ModifiedJohnsonCookDamage)
-@implements(integrity, JohnsonCookDamage)
-def integrity_of_johnson_cook_damage(failure, damage):
-    return where(damage < 1.0, 1.0 - failure.critical_damage * damage, 0.0)

@@ -6,8 +6,7 @@ The integral of the tension limits it, so the tensile floor does not, as in ``sp
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import gives, implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, integrity, weakens
+from solver.matter.failure import FailureEntry, grown_damage, without_floor
 from solver.matter.failure.johnson_cook import JohnsonCookDamage
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
@@ -30,27 +29,20 @@ class JohnsonCookSpall(NamedTuple):
     exponent: Annotated[Dimensionless, FromMaterial("spall.exponent")]
     bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]
 
+    def weakens(self):
+        return True
+
+    def grown_damage(self, damage, loading):
+        f = self
+        shear = JohnsonCookDamage(f.D1, f.D2, f.D3, f.D4, f.D5, f.reference_rate, f.critical_damage, f.threshold)
+        tension = RateDependentSpall(f.strength, f.strain_rate, f.exponent, f.bulk_modulus)
+        return grown_damage(tension, grown_damage(shear, damage, loading), loading)
+
+    def integrity(self, damage):
+        return where(damage < 1.0, 1.0 - self.critical_damage * damage, 0.0)
+
+    def floor_until_failure(self, floor):
+        return without_floor(floor)
+
 
 FAILURE = FailureEntry("johnson-cook-spall", JohnsonCookSpall)
-
-
-@implements(grown_damage, JohnsonCookSpall)
-def grown_damage_of_johnson_cook_spall(failure, damage, loading):
-    f = failure
-    shear = JohnsonCookDamage(f.D1, f.D2, f.D3, f.D4, f.D5, f.reference_rate, f.critical_damage, f.threshold)
-    tension = RateDependentSpall(f.strength, f.strain_rate, f.exponent, f.bulk_modulus)
-    return grown_damage(tension, grown_damage(shear, damage, loading), loading)
-
-
-gives(weakens, JohnsonCookSpall, True)
-
-
-@implements(integrity, JohnsonCookSpall)
-def integrity_of_johnson_cook_spall(failure, damage):
-    return where(damage < 1.0, 1.0 - failure.critical_damage * damage, 0.0)
-
-
-@implements(floor_until_failure, JohnsonCookSpall)
-def floor_until_failure_of_johnson_cook_spall(failure, floor):
-    tension = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
-    return floor_until_failure(tension, floor)

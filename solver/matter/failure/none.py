@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from solver.jit import implements
-from solver.matter.failure import FailureEntry, grown_damage
+from solver.matter.failure import FailureEntry
 
 
 class NoFailure(NamedTuple):
@@ -11,10 +10,8 @@ class NoFailure(NamedTuple):
 
     order: int = 1  # of nothing: a record wants a field
 
+    def grown_damage(self, damage, loading):
+        return 0.0  # a constant, so that the compiler leaves out what a failed point does
+
 
 FAILURE = FailureEntry("none", NoFailure)
-
-
-@implements(grown_damage, NoFailure)
-def grown_damage_of_no_failure(failure, damage, loading):
-    return 0.0  # a constant, so that the compiler leaves out what a failed point does

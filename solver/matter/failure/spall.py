@@ -12,11 +12,9 @@ strength it would hold sigma at sigma0, and nothing would ever fail. Molten matt
 tension says so.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.matter.failure import FailureEntry, without_floor
 from solver.units import Described, Dimensionless, FromMaterial, Pascal, Second
 from solver.vectors import maximum, minimum, power, where
 
@@ -37,17 +35,13 @@ class Spall(NamedTuple):
     ]
     exponent: Dimensionless = 2.0  # lambda
 
+    def grown_damage(self, damage, loading):
+        beyond = maximum(-loading.pressure / self.threshold - 1.0, 0.0)
+        grown = power(beyond, self.exponent) * loading.dt / self.time
+        return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
+
+    def floor_until_failure(self, floor):
+        return without_floor(floor)
+
 
 FAILURE = FailureEntry("spall", Spall)
-
-
-@implements(grown_damage, Spall)
-def grown_damage_of_spall(failure, damage, loading):
-    beyond = maximum(-loading.pressure / failure.threshold - 1.0, 0.0)
-    grown = power(beyond, failure.exponent) * loading.dt / failure.time
-    return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
-
-
-@implements(floor_until_failure, Spall)
-def floor_until_failure_of_spall(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten

@@ -14,11 +14,9 @@ limits tension, so the tensile floor does not; molten matter bears none where th
 particles that scatter behind a shock count with the power 1/m - 1.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.matter.failure import FailureEntry, without_floor
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import maximum, minimum, power, where
 
@@ -31,18 +29,14 @@ class RateDependentSpall(NamedTuple):
     exponent: Annotated[Dimensionless, FromMaterial("spall.exponent")]  # m
     bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # K, of the equation of state
 
+    def grown_damage(self, damage, loading):
+        tension = maximum(-loading.pressure / self.strength, 0.0)
+        per_time = self.bulk_modulus * self.strain_rate / (self.exponent * self.strength)
+        grown = power(tension, 1.0 / self.exponent - 1.0) * per_time * loading.dt
+        return minimum(damage + where(tension > 0.0, grown, 0.0), 1.0)
+
+    def floor_until_failure(self, floor):
+        return without_floor(floor)
+
 
 FAILURE = FailureEntry("spall-rate", RateDependentSpall)
-
-
-@implements(grown_damage, RateDependentSpall)
-def grown_damage_of_rate_dependent_spall(failure, damage, loading):
-    tension = maximum(-loading.pressure / failure.strength, 0.0)
-    per_time = failure.bulk_modulus * failure.strain_rate / (failure.exponent * failure.strength)
-    grown = power(tension, 1.0 / failure.exponent - 1.0) * per_time * loading.dt
-    return minimum(damage + where(tension > 0.0, grown, 0.0), 1.0)
-
-
-@implements(floor_until_failure, RateDependentSpall)
-def floor_until_failure_of_rate_dependent_spall(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten

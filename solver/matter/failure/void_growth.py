@@ -24,8 +24,8 @@ the tensile floor does not; molten matter bears none where the rule of tension s
 import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import device, gives, implements
-from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, opens, void_fraction
+from solver.jit import device
+from solver.matter.failure import FailureEntry, grown_damage, void_fraction, without_floor
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import anywhere, log, maximum, minimum, power, where
@@ -45,36 +45,36 @@ class VoidGrowth(NamedTuple):
     coalescence: Annotated[Dimensionless, FromMaterial("spall.coalescence")]
     bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # K of the equation of state
 
+    def opens(self):
+        return True
+
+    def void_fraction(self, damage):
+        return self.coalescence * maximum(damage - HALF, 0.0) * (1.0 / (1.0 - HALF))
+
+    def grown_damage(self, damage, loading):
+        """Damage once the voids of a step have opened: implicit in the tension, of matter of constant stiffness.
+
+        With x the tension over that which the voids leave: x + K rate_1 dt / (sigma_1 w) x^(1/m) = x before they open.
+        """
+        if not anywhere(loading.pressure < 0.0):  # as most points are most of the time
+            return damage
+        until = RateDependentSpall(self.strength, self.strain_rate, self.exponent, self.bulk_modulus)
+        closed = HALF * grown_damage(until, minimum(damage, HALF) * (1.0 / HALF), loading)
+        if not anywhere(damage >= HALF):
+            return closed
+        voids = void_fraction(self, damage)
+        borne = self.strength * log(maximum(voids, self.dilute_voids)) * (1.0 / math.log(self.dilute_voids))
+        before = maximum(-loading.pressure, 0.0) / borne
+        opening = self.bulk_modulus * self.strain_rate * loading.dt / borne
+        after = _root(opening, 1.0 / self.exponent, before)
+        grown = (before - after) * borne * ((1.0 - HALF) / (self.bulk_modulus * self.coalescence))
+        return where(damage < HALF, closed, minimum(damage + maximum(grown, 0.0), 1.0))
+
+    def floor_until_failure(self, floor):
+        return without_floor(floor)
+
 
 FAILURE = FailureEntry("void-growth", VoidGrowth)
-
-gives(opens, VoidGrowth, True)
-
-
-@implements(void_fraction, VoidGrowth)
-def void_fraction_of_void_growth(failure, damage):
-    return failure.coalescence * maximum(damage - HALF, 0.0) * (1.0 / (1.0 - HALF))
-
-
-@implements(grown_damage, VoidGrowth)
-def grown_damage_of_void_growth(failure, damage, loading):
-    """Damage once the voids of a step have opened: implicit in the tension, of matter of constant stiffness.
-
-    With x the tension over that which the voids leave: x + K rate_1 dt / (sigma_1 w) x^(1/m) = x before they open.
-    """
-    if not anywhere(loading.pressure < 0.0):  # as most points are most of the time
-        return damage
-    until = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
-    closed = HALF * grown_damage(until, minimum(damage, HALF) * (1.0 / HALF), loading)
-    if not anywhere(damage >= HALF):
-        return closed
-    voids = void_fraction(failure, damage)
-    borne = failure.strength * log(maximum(voids, failure.dilute_voids)) * (1.0 / math.log(failure.dilute_voids))
-    before = maximum(-loading.pressure, 0.0) / borne
-    opening = failure.bulk_modulus * failure.strain_rate * loading.dt / borne
-    after = _root(opening, 1.0 / failure.exponent, before)
-    grown = (before - after) * borne * ((1.0 - HALF) / (failure.bulk_modulus * failure.coalescence))
-    return where(damage < HALF, closed, minimum(damage + maximum(grown, 0.0), 1.0))
 
 
 @device
@@ -86,8 +86,3 @@ def _root(factor, exponent, total):
         slope = 1.0 + exponent * where(x > 0.0, term / where(x > 0.0, x, 1.0), 0.0)
         x = maximum(x - (x + term - total) / slope, 0.0)
     return x
-
-
-@implements(floor_until_failure, VoidGrowth)
-def floor_until_failure_of_void_growth(failure, floor):
-    return where(floor < 0.0, -math.inf, floor)  # 0: molten

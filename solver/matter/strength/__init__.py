@@ -1,7 +1,7 @@
 """Strength: the yield stress as a function of plastic strain, its rate and the homologous temperature.
 
 A file adds one: a parameter record under ``STRENGTH``, whose ``Described`` fields a material file gives ("none" becomes
-infinity where a field allows None), and, for its type, ``hardening`` and, where more than melting matters,
+infinity where a field allows None), with the method ``hardening`` and, where more than melting matters,
 ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because the return to the
 yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the logarithm and the
 power of the second only once. A form of which plastic work does not all become heat gives ``stored_part``. A form that

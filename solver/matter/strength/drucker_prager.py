@@ -15,9 +15,8 @@ The tensile floor of the pressure itself is that of the rule of tension (``recov
 import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
 from solver.matter.eos import pressure_terms
-from solver.matter.strength import StrengthEntry, hardening, under_pressure
+from solver.matter.strength import StrengthEntry
 from solver.units import Described, Dimensionless, FromMaterial, Pascal
 from solver.vectors import maximum
 
@@ -32,18 +31,14 @@ class DruckerPrager(NamedTuple):
     tensile: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # t
     pressure: Pascal = 0.0  # p of the present state
 
+    def under_pressure(self, eos, density, energy):
+        a, b = pressure_terms(eos, density, energy)
+        return DruckerPrager(self.cohesion, self.friction, self.tensile, a + b * energy)
+
+    def hardening(self, plastic_strain):
+        pressure = maximum(self.pressure, -self.tensile)
+        shear = self.cohesion + self.friction * pressure
+        return math.sqrt(3.0) * maximum(shear, 0.0), 0.0
+
 
 STRENGTH = StrengthEntry("drucker-prager", DruckerPrager)
-
-
-@implements(under_pressure, DruckerPrager)
-def under_pressure_of_drucker_prager(strength, eos, density, energy):
-    a, b = pressure_terms(eos, density, energy)
-    return DruckerPrager(strength.cohesion, strength.friction, strength.tensile, a + b * energy)
-
-
-@implements(hardening, DruckerPrager)
-def hardening_of_drucker_prager(strength, plastic_strain):
-    pressure = maximum(strength.pressure, -strength.tensile)
-    shear = strength.cohesion + strength.friction * pressure
-    return math.sqrt(3.0) * maximum(shear, 0.0), 0.0

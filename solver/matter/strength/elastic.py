@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening
+from solver.matter.strength import StrengthEntry
 from solver.units import Pascal
 
 
@@ -12,10 +11,8 @@ class Elastic(NamedTuple):
 
     limit: Pascal = 1e300  # finite, so that zero times it is zero
 
+    def hardening(self, plastic_strain):
+        return self.limit, 0.0
+
 
 STRENGTH = StrengthEntry("elastic", Elastic)
-
-
-@implements(hardening, Elastic)
-def hardening_of_elastic(strength, plastic_strain):
-    return strength.limit, 0.0

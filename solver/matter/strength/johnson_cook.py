@@ -10,10 +10,18 @@ elements quotes it (Zhang, Qiang and Gao).
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, stored_part
+from solver.jit import device
+from solver.matter.strength import StrengthEntry
 from solver.units import Described, Dimensionless, Pascal, PerSecond
 from solver.vectors import SMALLEST, log, maximum, power, where
+
+
+@device
+def hardening_by_power(strength, plastic_strain):
+    """A + B eps^n, and its slope."""
+    hardened = strength.B * power(plastic_strain, strength.n)
+    slope = strength.n * hardened / maximum(plastic_strain, SMALLEST)
+    return strength.A + hardened, slope
 
 
 class JohnsonCook(NamedTuple):
@@ -26,6 +34,13 @@ class JohnsonCook(NamedTuple):
     # infinite: no softening
     m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0, usual=(0.1, 5.0))]
     reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9, usual=(1e-6, 1e5))]
+
+    def hardening(self, plastic_strain):
+        return hardening_by_power(self, plastic_strain)
+
+    def rate_and_heat(self, strain_rate, homologous, stiff):
+        rate = 1.0 + self.C * log(maximum(strain_rate * (1.0 / self.reference_rate), 1.0))
+        return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, self.m))
 
 
 class ModifiedJohnsonCook(NamedTuple):
@@ -40,30 +55,15 @@ class ModifiedJohnsonCook(NamedTuple):
     reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9, usual=(1e-6, 1e5))]
     alpha: Annotated[Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0, usual=(0.3, 1.0))]
 
+    def hardening(self, plastic_strain):
+        return hardening_by_power(self, plastic_strain)
+
+    def rate_and_heat(self, strain_rate, homologous, stiff):
+        rate = power(1.0 + strain_rate * (1.0 / self.reference_rate), self.C)
+        return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, self.m))
+
+    def stored_part(self):
+        return 1.0 - self.alpha
+
 
 STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook))
-
-
-@implements(hardening, ModifiedJohnsonCook)
-@implements(hardening, JohnsonCook)
-def hardening_of_johnson_cook(strength, plastic_strain):
-    hardened = strength.B * power(plastic_strain, strength.n)
-    slope = strength.n * hardened / maximum(plastic_strain, SMALLEST)
-    return strength.A + hardened, slope
-
-
-@implements(rate_and_heat, JohnsonCook)
-def rate_and_heat_of_johnson_cook(strength, strain_rate, homologous, stiff):
-    rate = 1.0 + strength.C * log(maximum(strain_rate * (1.0 / strength.reference_rate), 1.0))
-    return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
-
-
-@implements(rate_and_heat, ModifiedJohnsonCook)
-def rate_and_heat_of_modified_johnson_cook(strength, strain_rate, homologous, stiff):
-    rate = power(1.0 + strain_rate * (1.0 / strength.reference_rate), strength.C)
-    return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
-
-
-@implements(stored_part, ModifiedJohnsonCook)
-def stored_part_of_modified_johnson_cook(strength):
-    return 1.0 - strength.alpha

@@ -2,8 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening
+from solver.matter.strength import StrengthEntry
 from solver.units import Described, Pascal
 
 
@@ -13,11 +12,9 @@ class LinearHardening(NamedTuple):
     yield_stress: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
     hardening_modulus: Annotated[Pascal, Described("hardening modulus", 0.0, 1e13, usual=(1e6, 1e11))]
 
+    def hardening(self, plastic_strain):
+        stress = self.yield_stress + self.hardening_modulus * plastic_strain
+        return stress, self.hardening_modulus
+
 
 STRENGTH = StrengthEntry("linear-hardening", LinearHardening)
-
-
-@implements(hardening, LinearHardening)
-def hardening_of_linear_hardening(strength, plastic_strain):
-    stress = strength.yield_stress + strength.hardening_modulus * plastic_strain
-    return stress, strength.hardening_modulus

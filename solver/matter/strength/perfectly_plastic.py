@@ -2,8 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening
+from solver.matter.strength import StrengthEntry
 from solver.units import Described, Pascal
 
 
@@ -12,10 +11,8 @@ class PerfectlyPlastic(NamedTuple):
 
     yield_stress: Annotated[Pascal, Described("yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
 
+    def hardening(self, plastic_strain):
+        return self.yield_stress, 0.0
+
 
 STRENGTH = StrengthEntry("perfectly-plastic", PerfectlyPlastic)
-
-
-@implements(hardening, PerfectlyPlastic)
-def hardening_of_perfectly_plastic(strength, plastic_strain):
-    return strength.yield_stress, 0.0

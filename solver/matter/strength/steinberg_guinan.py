@@ -10,9 +10,8 @@ below them. How much below is a matter of the expansion in the equation of state
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
 from solver.matter.melting import THINNEST_SOLID
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid, stiffness
+from solver.matter.strength import StrengthEntry, solid
 from solver.units import Below, Described, Dimensionless, Pascal, PerKelvin, PerPascal
 from solver.vectors import maximum, minimum, power, where
 
@@ -33,25 +32,19 @@ class SteinbergGuinan(NamedTuple):
     A: Annotated[PerPascal, Described("rise of the shear modulus with pressure", 0.0, 1e-9, usual=(1e-12, 5e-10))]
     B: Annotated[PerKelvin, Described("fall of the shear modulus with temperature", 0.0, 0.1, usual=(1e-5, 5e-3))]
 
+    def hardening(self, plastic_strain):
+        strained = 1.0 + self.beta * plastic_strain
+        stress = self.Y0 * power(strained, self.n)
+        slope = self.n * self.beta * stress / strained
+        return minimum(stress, self.Y_max), where(stress < self.Y_max, slope, 0.0)
+
+    def rate_and_heat(self, strain_rate, homologous, stiff):
+        return stiff * solid(homologous)
+
+    def stiffness(self, density_ratio, pressure, kelvin):
+        pressed = self.A * pressure / power(density_ratio, 1.0 / 3.0)
+        law = 1.0 + pressed - self.B * (kelvin - COLD)
+        return maximum(law, SOFTEST) * minimum(density_ratio / THINNEST_SOLID, 1.0)
+
 
 STRENGTH = StrengthEntry("steinberg-guinan", SteinbergGuinan)
-
-
-@implements(hardening, SteinbergGuinan)
-def hardening_of_steinberg_guinan(strength, plastic_strain):
-    strained = 1.0 + strength.beta * plastic_strain
-    stress = strength.Y0 * power(strained, strength.n)
-    slope = strength.n * strength.beta * stress / strained
-    return minimum(stress, strength.Y_max), where(stress < strength.Y_max, slope, 0.0)
-
-
-@implements(rate_and_heat, SteinbergGuinan)
-def rate_and_heat_of_steinberg_guinan(strength, strain_rate, homologous, stiff):
-    return stiff * solid(homologous)
-
-
-@implements(stiffness, SteinbergGuinan)
-def stiffness_of_steinberg_guinan(strength, density_ratio, pressure, kelvin):
-    pressed = strength.A * pressure / power(density_ratio, 1.0 / 3.0)
-    law = 1.0 + pressed - strength.B * (kelvin - COLD)
-    return maximum(law, SOFTEST) * minimum(density_ratio / THINNEST_SOLID, 1.0)

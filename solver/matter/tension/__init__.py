@@ -1,6 +1,6 @@
 """Tension: what whole matter does when it is pulled.
 
-A file adds one: a parameter record under ``TENSION`` and ``pressure_floor`` for its type. A sweep chooses it by name in
+A file adds one: a parameter record under ``TENSION`` with the method ``pressure_floor``. A sweep chooses it by name in
 ``tension``; its fields are ``FromMaterial`` or have a default. A material that goes without such a number bears any
 tension.
 """

@@ -6,8 +6,7 @@ pressure of particles, whose scatter behind a shock is 5 to 30 GPa, would fail m
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.tension import TensionEntry, pressure_floor
+from solver.matter.tension import TensionEntry
 from solver.units import FromMaterial, Pascal
 
 
@@ -16,10 +15,8 @@ class RecoverableTension(NamedTuple):
 
     cutoff: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # p_cut
 
+    def pressure_floor(self, homologous):
+        return -self.cutoff * (1.0 - homologous)
+
 
 TENSION = TensionEntry("recoverable", RecoverableTension)
-
-
-@implements(pressure_floor, RecoverableTension)
-def pressure_floor_of_recoverable_tension(tension, homologous):
-    return -tension.cutoff * (1.0 - homologous)

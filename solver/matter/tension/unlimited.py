@@ -3,8 +3,7 @@
 import math
 from typing import NamedTuple
 
-from solver.jit import implements
-from solver.matter.tension import TensionEntry, pressure_floor
+from solver.matter.tension import TensionEntry
 from solver.units import Pascal
 
 
@@ -13,10 +12,8 @@ class UnlimitedTension(NamedTuple):
 
     floor: Pascal = -math.inf
 
+    def pressure_floor(self, homologous):
+        return self.floor
+
 
 TENSION = TensionEntry("unlimited", UnlimitedTension, molten=True)
-
-
-@implements(pressure_floor, UnlimitedTension)
-def pressure_floor_of_unlimited_tension(tension, homologous):
-    return tension.floor

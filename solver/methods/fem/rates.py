@@ -13,34 +13,24 @@ the longitudinal modulus M of the matter at rest. What the springs take is energ
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from solver.jit import device, kernel
 from solver.matter.tensor import contract, symmetric
-from solver.methods.fem.elements import (
-    axes,
-    dilation,
-    mean_operator,
-    mode,
-    mode_count,
-    node_count,
-    point_operator,
-    strained,
-    thrust,
-)
+from solver.methods.fem.elements import MODES, NODES, mean_operator, point_operator, strained, thrust
+from solver.problem.geometry import AXES
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, VISCOSITY, VX, X
 from solver.steps.space import VELOCITY, deviator_of
 
-AXES = 3
 IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
 
 
 class Meshed(NamedTuple):
     """The elements of a body in the tables of the problem, and their operators at n."""
 
-    kind: Any
+    points: int  # integration points of an element
     nodes: np.ndarray  # (e, nodes) columns of the table of particles
     first: int  # column of the first integration point in the table of states
     stiffness: float  # ``hourglass`` times the longitudinal modulus at rest, Pa
@@ -53,46 +43,43 @@ class Meshed(NamedTuple):
     forces: np.ndarray  # (e, nodes, 3) on its nodes, N
 
 
-def meshed(kind, nodes, first, stiffness, forces):
+def meshed(points, nodes, first, stiffness, forces):
     """The tables of a body's elements; ``forces`` is memory that all bodies share."""
-    elements, count = nodes.shape
-    modes = mode_count(kind) if kind.points == 1 else 0
-    operators = 1 if kind.points == 1 else 1 + kind.points
+    elements, modes = nodes.shape[0], len(MODES) if points == 1 else 0
     return Meshed(
-        kind,
+        points,
         nodes,
         first,
         stiffness,
-        np.zeros((elements, modes, AXES)),
-        np.zeros((elements, operators, count, AXES)),
-        np.zeros((elements, modes, count)),
-        np.zeros(elements),
-        np.zeros((elements, count, AXES)),
-        forces,
+        springs=np.zeros((elements, modes, AXES)),
+        operators=np.zeros((elements, 1 if points == 1 else 1 + points, NODES, AXES)),
+        gamma=np.zeros((elements, modes, NODES)),
+        volume=np.zeros(elements),
+        x=np.zeros((elements, NODES, AXES)),
+        forces=forces,
     )
 
 
 @kernel
 def find_operators(meshed, table, begin, end):
     """The operators, volumes and hourglass vectors gamma of the elements begin..end."""
-    kind = meshed.kind
     for element in range(begin, end):
         x, operators = meshed.x[element], meshed.operators[element]
-        for node in range(node_count(kind)):
+        for node in range(NODES):
             for axis in range(AXES):
                 x[node, axis] = table[X + axis, meshed.nodes[element, node]]
-        meshed.volume[element] = mean_operator(kind, x, operators[0])
+        meshed.volume[element] = mean_operator(x, operators[0])
         for point in range(1, operators.shape[0]):
-            point_operator(kind, x, point - 1, operators[point])
+            point_operator(x, point - 1, operators[point])
         for number in range(meshed.gamma.shape[1]):
             gamma = meshed.gamma[element, number]
-            for node in range(node_count(kind)):
-                gamma[node] = mode(kind, number, node)
-            for axis in range(axes(kind)):
+            for node in range(NODES):
+                gamma[node] = MODES[number][node]
+            for axis in range(AXES):
                 away = 0.0
-                for node in range(node_count(kind)):
-                    away += mode(kind, number, node) * x[node, axis]
-                for node in range(node_count(kind)):
+                for node in range(NODES):
+                    away += MODES[number][node] * x[node, axis]
+                for node in range(NODES):
                     gamma[node] -= away * operators[0, node, axis]
 
 
@@ -101,13 +88,13 @@ def strain_rate(meshed, element, point, v):
     """The velocity gradient of an integration point, with the volume change of the whole element."""
     operators = meshed.operators[element]
     if operators.shape[0] == 1:
-        return strained(meshed.kind, v, operators[0])
-    own = strained(meshed.kind, v, operators[1 + point])
+        return strained(v, operators[0])
+    own = strained(v, operators[1 + point])
     mean = operators[0]
     whole = 0.0
     for node in range(v.shape[0]):
         whole += v[node, 0] * mean[node, 0] + v[node, 1] * mean[node, 1]
-        whole += dilation(meshed.kind, v, mean, node)
+        whole += v[node, 2] * mean[node, 2]
     more = (whole - (own[0][0] + own[1][1] + own[2][2])) / 3.0
     return (
         (own[0][0] + more, own[0][1], own[0][2]),
@@ -139,28 +126,27 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
     The energy of each integration point takes the half of its stress' work in the velocities before the forces, and
     ``taken`` (1,) that of the hourglass springs, J.
     """
-    kind = meshed.kind
     for element in range(begin, end):
         force, operators = meshed.forces[element], meshed.operators[element]
         force[:] = 0.0
-        start = meshed.first + element * kind.points
+        start = meshed.first + element * meshed.points
         if states[MASS, start] <= 0.0:
             continue
         for node in range(v.shape[0]):
             for axis in range(AXES):
                 v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
-        for point in range(kind.points):
+        for point in range(meshed.points):
             p = start + point
             volume = states[MASS, p] / states[DENSITY, p]
             shear = deviator_of(states, p)
             pressure = states[PRESSURE, p] + states[VISCOSITY, p]
             if operators.shape[0] == 1:
                 stress = (shear[0] - pressure, shear[1] - pressure, shear[2] - pressure, shear[3], shear[4], shear[5])
-                thrust(kind, stress, -volume, operators[0], force)
+                thrust(stress, -volume, operators[0], force)
             else:
-                thrust(kind, shear, -volume, operators[1 + point], force)
+                thrust(shear, -volume, operators[1 + point], force)
                 isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
-                thrust(kind, isotropic, volume, operators[0], force)
+                thrust(isotropic, volume, operators[0], force)
             rate = symmetric(strain_rate(meshed, element, point, v))
             states[ENERGY, p] += 0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
         for number in range(meshed.gamma.shape[1]):
@@ -179,14 +165,12 @@ def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gra
     Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
     their power in these velocities, and stretch; ``taken`` (1,) counts it.
     """
-    kind = meshed.kind
-    nodes = node_count(kind)
     for element in range(begin, end):
-        start = meshed.first + element * kind.points
+        start = meshed.first + element * meshed.points
         if states[MASS, start] <= 0.0:
             continue
         squares = 0.0
-        for node in range(nodes):
+        for node in range(NODES):
             for axis in range(AXES):
                 v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
                 squares += meshed.operators[element, 0, node, axis] ** 2
@@ -194,8 +178,8 @@ def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gra
         if volume <= 0.0:  # an element that is inside out: the update reports its density
             states[DENSITY, start] = states[MASS, start] / volume
         # A wave of speed c through the element asks for dt < length / c.
-        length = 2.0 / math.sqrt(nodes * squares)
-        for point in range(kind.points):
+        length = 2.0 / math.sqrt(NODES * squares)
+        for point in range(meshed.points):
             p = start + point
             lengths[0, p] = length
             gradient = strain_rate(meshed, element, point, v)
@@ -204,14 +188,14 @@ def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gra
             states[ENERGY, p] += 0.5 * (kick - dt) * power / states[DENSITY, p]
             for axis in range(AXES):
                 place = speed = 0.0
-                for node in range(nodes):
+                for node in range(NODES):
                     place += table[NEW_X + axis, meshed.nodes[element, node]]
                     speed += v[node, axis]
-                states[NEW_X + axis, p] = place / nodes
-                states[VX + axis, p] = speed / nodes
+                states[NEW_X + axis, p] = place / NODES
+                states[VX + axis, p] = speed / NODES
                 for component in range(AXES):
                     gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
-        if kind.points == 1:
+        if meshed.points == 1:
             stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken)
 
 

@@ -10,19 +10,17 @@ The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the
 forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from solver.errors import ProblemError
 from solver.jit import Bound
 from solver.matter.eos import burns, reference_density, reference_sound_speed
-from solver.methods.fem.elements import Hexahedron
+from solver.methods.fem.elements import NODES
 from solver.methods.fem.mesh import end_faces, face_areas, node_parts, point_volumes
 from solver.methods.fem.rates import (
-    AXES,
     HELD,
     IMPULSE,
     WORK,
@@ -33,8 +31,8 @@ from solver.methods.fem.rates import (
     show_nodes,
     strain_elements,
 )
-from solver.problem import Body, Face, Problem, Scheme, mean_pressure
-from solver.problem.geometry import Cartesian3D
+from solver.problem import Body, Face, Problem, Scheme, Traction, mean_pressure
+from solver.problem.geometry import AXES, Cartesian3D
 from solver.state import DENSITY, MASS, NEW_X, NEW_Z, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance
 from solver.steps.points import PointUpdate, StateLimits
@@ -51,9 +49,8 @@ SHOWN = slice(DENSITY, NEW_X)
 class LoadedEnd:
     """The end faces of a body that a traction presses on."""
 
-    load: Any  # a Traction
-    kind: Any  # of the elements
-    faces: np.ndarray  # (k, nodes of a face) columns of the table of nodes
+    load: Traction
+    faces: np.ndarray  # (k, 4) columns of the table of nodes
 
 
 class ElementStepper(Method):
@@ -65,7 +62,7 @@ class ElementStepper(Method):
         self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
-        counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
+        counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.points for mesh in meshes)])
         nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
         self.starts = counts
         self.states = empty_table(int(counts[-1]), remembers=True)
@@ -87,15 +84,15 @@ class ElementStepper(Method):
             columns = np.ascontiguousarray(mesh.nodes + nodes[number])
             forces = self.forces[pairs].reshape(elements, count, AXES)
             stiffness = problem.hourglass * _modulus(body)
-            self.meshes.append(meshed(mesh.kind, columns, first, stiffness, forces))
+            self.meshes.append(meshed(mesh.points, columns, first, stiffness, forces))
             self.node_of[pairs] = columns.ravel()
-            self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.kind.points, count)
-            self.points_of[pairs] = mesh.kind.points
+            self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.points, count)
+            self.points_of[pairs] = mesh.points
             parts = node_parts(mesh, body.position)
             whole = body.density * volumes.sum(axis=1, keepdims=True)
             self.part[pairs] = (whole * parts).ravel()
             self.loaded += [
-                LoadedEnd(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
+                LoadedEnd(load, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
                 if load.body == number
             ]
@@ -114,14 +111,13 @@ class ElementStepper(Method):
         lengths = np.zeros((1, self.states.shape[1]))
         self.space = ElementPoints(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
-        self.scratch = [[np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)]
+        self.scratch = np.zeros((shares, NODES, AXES))
         self.points = PointUpdate(problem, limits, shares)
         self.taken = np.zeros((shares, 1))
         self.node_sums = np.zeros((shares, 5))
-        self.find_operators = [Bound(find_operators) for _ in meshes]
-        self.push_nodes = [Bound(push_nodes) for _ in meshes]
-        self.strain_elements = [Bound(strain_elements) for _ in meshes]
-        self.move_nodes, self.show_nodes = Bound(move_nodes), Bound(show_nodes)
+        self.find_operators, self.push_nodes = Bound(find_operators), Bound(push_nodes)
+        self.strain_elements, self.move_nodes = Bound(strain_elements), Bound(move_nodes)
+        self.show_nodes = Bound(show_nodes)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
@@ -136,7 +132,13 @@ class ElementStepper(Method):
         """The forces on the nodes at n."""
         self.taken[:], self.node_sums[:] = 0.0, 0.0
         self._load(table, time, dt)
-        self._over_elements(lambda share, body, begin, end: self._push(share, body, begin, end, table, kick))
+
+        def push(share: int, body: int, begin: int, end: int) -> None:
+            mesh, scratch, taken = self.meshes[body], self.scratch[share], self.taken[share]
+            self.find_operators(mesh, table, begin, end)
+            self.push_nodes(mesh, table, self.states, begin, end, kick, self._heating, scratch, taken)
+
+        self._over_elements(push)
 
     def move(self, table: np.ndarray, drivers: np.ndarray, kick: float, dt: float) -> None:
         """Velocities and places at n+1; nodes with ``drivers``, columns of the table or -1, move as these do."""
@@ -152,9 +154,16 @@ class ElementStepper(Method):
 
     def strain(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
         """Density, stress and energy at n+1."""
-        self._over_elements(
-            lambda share, body, begin, end: self._strain(share, body, begin, end, table, time + dt, kick, dt)
-        )
+        space, viscosity, states, gradients = self.space, self.problem.viscosity, self.states, self.gradients
+
+        def strain(share: int, body: int, begin: int, end: int) -> None:
+            mesh = self.meshes[body]
+            found = self._heating, self.scratch[share], gradients, space.lengths, self.taken[share]
+            self.strain_elements(mesh, table, states, begin, end, kick, dt, *found)
+            span = mesh.first + begin * mesh.points, mesh.first + end * mesh.points
+            self.points.update(space, viscosity, share, body, states, span, gradients, time + dt, dt)
+
+        self._over_elements(strain)
         nodes = self.undriven.size
         table[X : Z + 1, :nodes] = table[NEW_X : NEW_Z + 1, :nodes]
 
@@ -193,25 +202,9 @@ class ElementStepper(Method):
             load = loaded.load
             pressure = mean_pressure(load, time, time + dt)
             if pressure:
-                areas = face_areas(loaded.kind, loaded.faces, table[X : Z + 1].T, load.axis)
+                areas = face_areas(loaded.faces, table[X : Z + 1].T, load.axis)
                 outward = 1.0 if load.side else -1.0
                 np.add.at(self.loads[:, load.axis], loaded.faces.ravel(), -outward * pressure * areas.ravel())
-
-    def _push(self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float) -> None:
-        mesh = self.meshes[body]
-        self.find_operators[body](mesh, table, begin, end)
-        heating, scratch, taken = self._heating, self.scratch[share][body], self.taken[share]
-        self.push_nodes[body](mesh, table, self.states, begin, end, kick, heating, scratch, taken)
-
-    def _strain(
-        self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, kick: float, dt: float
-    ) -> None:
-        problem, mesh = self.problem, self.meshes[body]
-        found = self._heating, self.scratch[share][body], self.gradients, self.space.lengths, self.taken[share]
-        self.strain_elements[body](mesh, table, self.states, begin, end, kick, dt, *found)
-        points = mesh.kind.points
-        span = mesh.first + begin * points, mesh.first + end * points
-        self.points.update(self.space, problem.viscosity, share, body, self.states, span, self.gradients, time, dt)
 
     def balance(self, kick: float) -> StepBalance:
         """What the step exchanged with faces, loads and springs."""
@@ -223,7 +216,7 @@ class ElementStepper(Method):
         removed = float(sums[HELD] + self.taken.sum())
         return StepBalance(impulse, removed, 0.0, float(sums[WORK]), 0, 0, tally)
 
-    def _over_elements(self, call: Any) -> None:
+    def _over_elements(self, call: Callable[[int, int, int, int], None]) -> None:
         """A call over each share of the elements of each body."""
 
         def work(share: int) -> None:
@@ -268,11 +261,9 @@ def _modulus(body: Body) -> float:
 
 def _check(problem: Problem) -> None:
     """Refuse what the method cannot compute, by name."""
-    is_box = isinstance(problem.geometry, Cartesian3D)
-    kinds = {type(body.mesh.kind) is Hexahedron for body in problem.bodies if body.mesh}
     refused = {
         "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
-        "hexahedra of revolution, or quadrilaterals in a box": kinds != {is_box},
+        "bodies of revolution": not isinstance(problem.geometry, Cartesian3D),
         "another scheme than musl": problem.scheme != Scheme.MUSL,
         "damping (set its rate to 0)": problem.damping.rate > 0.0,
         "contact between bodies": problem.contact is not None,

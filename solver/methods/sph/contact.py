@@ -38,9 +38,9 @@ def reached(place, solid, count):
 @kernel
 def repel(smoothing, dimensions, cells, place, other, solid, particles, pushed):
     """Accelerations by contact of some particles into ``pushed`` (n, 8), m/s2: by all, and then by images alone."""
-    function, ratio = smoothing.function, smoothing.ratio
+    ratio = smoothing.ratio
     counts, begin, member, ordered = cells.counts, cells.begin, cells.member, cells.sorted
-    whole = height(function, dimensions, 1.0 / ratio)
+    whole = height(1.0 / ratio)
     for at in range(particles.size):
         i = particles[at]
         a, b = coordinate(cells, place, i, 0), coordinate(cells, place, i, 1)
@@ -64,8 +64,8 @@ def repel(smoothing, dimensions, cells, place, other, solid, particles, pushed):
                     its = (place[j, LENGTH] / ratio) ** dimensions
                     volume = (mine + its) * min(place[i, HEAVY] / (other[i, RHO] * mine), 1.0)
                     volume *= min(place[j, HEAVY] / (other[j, RHO] * its), 1.0)
-                    part = height(function, dimensions, q) / whole
-                    change = -4.0 * part * part * part * slope(function, dimensions, q) / whole
+                    part = height(q) / whole
+                    change = -4.0 * part * part * part * slope(q) / whole
                     size = 0.25 * smoothing.stiffness * stiffness * volume * change
                     size /= length * length * place[i, HEAVY]
                     for axis, along in enumerate((d0, d1, d2)):

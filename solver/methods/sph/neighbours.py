@@ -145,7 +145,7 @@ def rows(table, neighbours, k):
 
 
 @device
-def apart(smoothing, dimensions, own, others):
+def apart(dimensions, own, others):
     """x_i - x_j, squared distance, mean smoothing length, F of the gradient F (x_i - x_j) and q, of eight pairs.
 
     ``own`` is a row of the table of places, ``others`` eight of them.
@@ -153,7 +153,7 @@ def apart(smoothing, dimensions, own, others):
     dx, dy, dz = own[0] - others[0], own[1] - others[1], own[2] - others[2]
     squared = dx * dx + dy * dy + dz * dz
     length = 0.5 * (own[3] + others[3])
-    force, q = gradient_factor(smoothing.function, dimensions, squared, length)
+    force, q = gradient_factor(dimensions, squared, length)
     return (dx, dy, dz), squared, length, force, q
 
 
@@ -181,7 +181,7 @@ def _correct(smoothing, dimensions, place, other, ranges, neighbours, first, sto
             k11 = k22 = k33 = k12 = k23 = k31 = spread(0.0)
             for k in range(first[i], stop[i] if smoothing.corrected else first[i], LANES):
                 near = rows(place, neighbours, k)
-                d, _, _, force, _ = apart(smoothing, dimensions, own, near)
+                d, _, _, force, _ = apart(dimensions, own, near)
                 weight = near[HEAVY] * force
                 k11, k22, k33 = (k11 - weight * d[0] * d[0], k22 - weight * d[1] * d[1], k33 - weight * d[2] * d[2])
                 k12, k23, k31 = (k12 - weight * d[0] * d[1], k23 - weight * d[1] * d[2], k31 - weight * d[2] * d[0])

@@ -18,15 +18,50 @@ import numpy as np
 
 from solver.jit import device, kernel
 from solver.matter.stress import PointState, signal_speed
-from solver.methods.sph.artificial import approach, opposed, pair_viscosity
 from solver.methods.sph.neighbours import apart, row, rows
+from solver.methods.sph.smoothing import height
 from solver.methods.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33
 from solver.problem import ArtificialViscosity
-from solver.state import DENSITY, ENERGY, KELVIN, MASS, NEW_X, PRESSURE, VX, VY, VZ, X, Y, Z
+from solver.state import (
+    DENSITY,
+    ENERGY,
+    KELVIN,
+    MASS,
+    NEW_X,
+    PRESSURE,
+    S11,
+    S12,
+    S22,
+    S23,
+    S31,
+    S33,
+    VX,
+    VY,
+    VZ,
+    X,
+    Y,
+    Z,
+)
 from solver.steps.space import deviator_of
-from solver.vectors import LANES, bare, first_lanes, largest, load, maximum, number, power, spread, store, total, where
+from solver.vectors import (
+    LANES,
+    bare,
+    first_lanes,
+    largest,
+    load,
+    maximum,
+    minimum,
+    number,
+    power,
+    spread,
+    store,
+    total,
+    where,
+)
 
 STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts between particles
+
+SOFTENING = 0.01  # of h^2, added to the squared distance: Monaghan (1992)
 
 # Of the viscosity's part in the signal speed, and of the path in a step under the force: Monaghan (1992), section 10.
 VISCOUS = 0.6
@@ -107,16 +142,61 @@ def set_stress(table, correction, ranges, stress, other):
 
 @device
 def viscous(smoothing, own, others, near, nearby, d, squared, length):
-    """Pi of eight pairs, and the speed mu of their approach; ``near`` are rows of places, ``nearby`` of others."""
+    """Pi of eight pairs, the speed mu of their approach, and v.x; ``near`` are rows of places, ``nearby`` of others.
+
+    Pi = (-a c mu + b mu^2) / rho in Pa m6/kg2, with the means of both particles and mu = h v.x / (r^2 + 0.01 h^2) in
+    m/s where they approach: Monaghan (1992), Annu. Rev. Astron. Astrophys. 30, 543, Eqs. 4.1 and 4.2.
+    """
     along = (
         (own[SPEED] - near[SPEED]) * d[0]
         + (own[SPEED + 1] - near[SPEED + 1]) * d[1]
         + (own[SPEED + 2] - near[SPEED + 2]) * d[2]
     )
-    mu = approach(along, squared, length)
+    mu = minimum(along, 0.0) * length / (squared + SOFTENING * length * length)
     sound, density = 0.5 * (others[SOUND] + nearby[SOUND]), 0.5 * (others[RHO] + nearby[RHO])
-    pressure = pair_viscosity(smoothing.viscosity, mu, sound, density)
-    return pressure, mu, along
+    viscosity = smoothing.viscosity
+    return mu * (viscosity.quadratic * mu - viscosity.linear * sound) / density, mu, along
+
+
+def tensile_part(smoothing, table):
+    """R = e max(s, 0) / rho^2 along each principal axis of the stresses s of the particles of a table; (n, 6).
+
+    Gray, Monaghan and Swift (2001), Comput. Methods Appl. Mech. Eng. 190, 6641, in three dimensions;
+    where all stresses are alike, Monaghan (2000), J. Comput. Phys. 159, 290. A pull along an axis is opposed along it.
+    """
+    stress = table[[S11, S12, S31, S12, S22, S23, S31, S23, S33]].T.reshape(-1, 3, 3)
+    stress = stress - table[PRESSURE][:, None, None] * np.eye(3)
+    principal, axes = np.linalg.eigh(stress)
+    over = smoothing.tensile / np.square(table[DENSITY])
+    pulled = np.maximum(principal, 0.0) * over[:, None]
+    part = np.einsum("nij,nj,nkj->nik", axes, pulled, axes)
+    return part[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+
+
+@device
+def opposed(smoothing, tensile, i, neighbours, k, q, gx, gy, gz):
+    """The force R f grad W of the artificial stresses of both particles of eight pairs, that keeps them apart."""
+    if smoothing.tensile > 0.0:
+        own, near = row(tensile, i), rows(tensile, neighbours, k)
+        part = repulsion(smoothing, q)
+        r11, r22, r33 = own[0] + near[0], own[1] + near[1], own[2] + near[2]
+        r12, r23, r31 = own[3] + near[3], own[4] + near[4], own[5] + near[5]
+        return (
+            part * (r11 * gx + r12 * gy + r31 * gz),
+            part * (r12 * gx + r22 * gy + r23 * gz),
+            part * (r31 * gx + r23 * gy + r33 * gz),
+        )
+    none = spread(0.0)
+    return none, none, none
+
+
+@device
+def repulsion(smoothing, q):
+    """(W(r) / W(spacing))^4, which the artificial stress is multiplied by: Monaghan (2000), Eq. 3.1, n = 4."""
+    part = height(q)
+    part = part / height(1.0 / smoothing.ratio)
+    square = part * part
+    return square * square
 
 
 @device
@@ -151,7 +231,7 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, pushed, grav
             ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = against = none
             for k in range(lists.first[i], lists.stop[i], LANES):
                 near, s, nearby = (rows(place, neighbours, k), rows(stress, neighbours, k), rows(other, neighbours, k))
-                d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+                d, squared, length, force, q = apart(dimensions, own, near)
                 weighted = near[HEAVY] * force
                 gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
                 pressure, mu, along = viscous(smoothing, own, others, near, nearby, d, squared, length)
@@ -163,7 +243,7 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, pushed, grav
                 )
                 heat = heat + pressure * weighted * along
                 sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
-                rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
+                rx, ry, rz = opposed(smoothing, tensile, i, neighbours, k, q, gx, gy, gz)
                 against = against + (
                     rx * (own[SPEED] - near[SPEED])
                     + ry * (own[SPEED + 1] - near[SPEED + 1])
@@ -220,14 +300,14 @@ def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correcti
             l11 = l12 = l13 = l21 = l22 = l23 = l31 = l32 = l33 = heat = against = none
             for k in range(lists.first[i], lists.stop[i], LANES):
                 near, nearby = rows(place, neighbours, k), rows(other, neighbours, k)
-                d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+                d, squared, length, force, q = apart(dimensions, own, near)
                 weighted = near[HEAVY] * force
                 gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
                 pressure, _, _ = viscous(smoothing, own, others, near, nearby, d, squared, length)
                 vx, vy = others[MOVED] - nearby[MOVED], others[MOVED + 1] - nearby[MOVED + 1]
                 vz = others[MOVED + 2] - nearby[MOVED + 2]
                 heat = heat + pressure * (vx * gx + vy * gy + vz * gz)
-                rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
+                rx, ry, rz = opposed(smoothing, tensile, i, neighbours, k, q, gx, gy, gz)
                 against = against + (vx * rx + vy * ry + vz * rz)
                 l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
                 l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
@@ -270,13 +350,13 @@ def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists
         for k in range(lists.first[i], lists.stop[i], LANES):
             near, s = rows(place, neighbours, k), rows(stress, neighbours, k)
             nearby, flags = rows(other, neighbours, k), rows(marks, neighbours, k)
-            d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+            d, squared, length, force, q = apart(dimensions, own, near)
             weighted = near[HEAVY] * force * flags[0]
             gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
             pressure, _, _ = viscous(smoothing, own, others, near, nearby, d, squared, length)
             fx, fy, fz = pull(t, others[T33], gx, gy, gz)
             sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
-            rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
+            rx, ry, rz = opposed(smoothing, tensile, i, neighbours, k, q, gx, gy, gz)
             fx, fy, fz = (fx + sx - pressure * gx - rx, fy + sy - pressure * gy - ry, fz + sz - pressure * gz - rz)
             ax, ay, az = ax + fx, ay + fy, az + fz
             bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz

@@ -11,20 +11,17 @@ that with the same weights: half of k in the first velocity, half of k less half
 update the rest. Their sum is kept to round-off, whatever stress and steps are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from solver.errors import ProblemError
 from solver.jit import Bound
 from solver.matter.eos import burns
-from solver.methods.sph.artificial import tensile_part
 from solver.methods.sph.contact import reached, repel
 from solver.methods.sph.loads import pressed_ends
-from solver.methods.sph.mirrors import images_of, set_places, set_stresses, set_velocities
-from solver.methods.sph.neighbours import find_neighbours, sort_into_cells
+from solver.methods.sph.neighbours import Cells, find_neighbours, sort_into_cells
 from solver.methods.sph.rates import (
     FASTEST,
     IMPULSE,
@@ -39,9 +36,10 @@ from solver.methods.sph.rates import (
     lay_out,
     measure,
     set_stress,
+    tensile_part,
 )
-from solver.methods.sph.smoothing import SUPPORT, CubicSpline
-from solver.methods.sph.tables import MOVED, new_memory, tables_of
+from solver.methods.sph.smoothing import SUPPORT
+from solver.methods.sph.tables import MOVED, images_of, new_memory, set_places, set_stresses, set_velocities, tables_of
 from solver.problem import Face, Problem, Scheme, Smoothing, mean_pressure
 from solver.problem.geometry import Cartesian3D
 from solver.state import MASS, VX, Particles, lines
@@ -78,7 +76,7 @@ class ParticleStepper(Method):
             raise ProblemError("smoothed particles need the numerics of their smoothing")
         _check(problem, problem.smoothing)
         self.problem = problem
-        self.smoothing = problem.smoothing._replace(function=problem.smoothing.function or CubicSpline())
+        self.smoothing = problem.smoothing
         self.pool = pool
         self.axes = _axes(problem)
         self.pressed = pressed_ends(problem, self.axes)
@@ -126,15 +124,13 @@ class ParticleStepper(Method):
         smoothing, axes = self.smoothing, self.axes
         table, count = partition.table, partition.particles.mass.size
         self._room(count)
-        self._over_bodies(partition, self._measure, self.seen)
-        self._complete(partition)
-        self._hide(partition)
+        self._measure(partition)
         images = images_of(self.problem, axes, partition.particles.position, self.measures[0])
         whole = count + images.source.size
         if whole >= self.memory.place.shape[0]:
             self.memory = new_memory(int(SPARE * whole) + 1, smoothing.tensile > 0.0)
-        tables = tables_of(self.memory, whole)
-        self.tables, self.images = tables, images
+        self.tables, self.images = tables_of(self.memory, whole), images
+        tables = self.tables
         self._over_shares(
             partition,
             lambda share, ranges: self.lay_out(table, self.measures, ranges, tables.place, tables.other),
@@ -143,7 +139,7 @@ class ParticleStepper(Method):
         set_places(tables, images, count)
         solid = self._solid_of(partition, images.source)
         cells = sort_into_cells(tables.place, solid, whole)
-        self._over_shares(partition, lambda share, ranges: self._find(share, ranges, cells, tables, solid), self.seen)
+        self._over_shares(partition, lambda share, ranges: self._find(share, ranges, cells, solid), self.seen)
         self._over_shares(
             partition,
             lambda share, ranges: self.set_stress(table, self.correction, ranges, tables.stress, tables.other),
@@ -152,13 +148,14 @@ class ParticleStepper(Method):
         if smoothing.tensile > 0.0:
             tables.tensile[:count, :6] = tensile_part(smoothing, table[:, :count])
         set_stresses(tables, images, count)
-        self._push_apart(cells, tables, solid, count)
+        self._push_apart(cells, solid, count)
         self._press(partition, time, dt)
         sums = smoothing, axes, tables, table
         pushes = self.pushed, self.gravity, kick, dt
         self._over_shares(
             partition,
             lambda share, ranges: self.accelerate(*sums, ranges, self._lists(share), *pushes, self.sums[share]),
+            self.active,
         )
         for loaded in self.loaded:
             loaded.after = table[VX + loaded.axis, loaded.columns].copy()
@@ -195,15 +192,15 @@ class ParticleStepper(Method):
         sums = self.smoothing, self.axes, self.tables, table
         found = self.correction, self.gradients, kick, dt
         self._over_shares(
-            partition, lambda share, ranges: self.find_gradients(*sums, ranges, self._lists(share), *found)
+            partition, lambda share, ranges: self.find_gradients(*sums, ranges, self._lists(share), *found), self.active
         )
-        self._over_bodies(
-            partition,
-            lambda share, body, begin, end: self.points.update(
-                self.space, STILL, share, body, table, (begin, end), self.gradients, time + dt, dt
-            ),
-            self.active,
-        )
+
+        def update(share: int) -> None:
+            for body in self.active:
+                span = partition.shares[share, body].tolist()
+                self.points.update(self.space, STILL, share, body, table, span, self.gradients, time + dt, dt)
+
+        self.pool.run(update, range(len(self.sums)))
 
     def balance(self, partition: Partition, kick: float) -> StepBalance:
         """What the step exchanged with faces and gravity."""
@@ -245,17 +242,16 @@ class ParticleStepper(Method):
                 solid[begin:end] = number
         return np.concatenate([solid, solid[source]])
 
-    def _push_apart(self, cells: Any, tables: Any, solid: np.ndarray, count: int) -> None:
+    def _push_apart(self, cells: Cells, solid: np.ndarray, count: int) -> None:
         """Accelerations by contact."""
         self.pushed[:] = 0.0
         if self.smoothing.stiffness == 0.0:
             return
-        near = reached(tables.place, solid, count)
+        place, other, pushed = self.tables.place, self.tables.other, self.pushed
+        near = reached(place, solid, count)
         pieces = [near[begin:end] for begin, end in self.pool.ranges(near.size)] if near.size else []
         self.pool.run(
-            lambda particles: self.repel(
-                self.smoothing, self.axes, cells, tables.place, tables.other, solid, particles, self.pushed
-            ),
+            lambda particles: self.repel(self.smoothing, self.axes, cells, place, other, solid, particles, pushed),
             pieces,
         )
 
@@ -279,15 +275,27 @@ class ParticleStepper(Method):
                 before = table[VX + axis, columns].copy()
                 self.loaded.append(LoadedLayer(axis, columns, forces, before, before))
 
-    def _complete(self, partition: Partition) -> None:
-        """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
+    def _measure(self, partition: Partition) -> None:
+        """Smoothing lengths and sound speeds."""
+        ratio, axes = self.smoothing.ratio, self.axes
+
+        def measure(share: int) -> None:
+            for number, body in enumerate(self.problem.bodies):
+                begin, end = partition.shares[share, number].tolist()
+                thinnest = body.density / STRETCHED**axes
+                self.measure[number](body.matter, ratio, axes, thinnest, partition.table, begin, end, self.measures)
+
+        self.pool.run(measure, range(len(self.sums)))
+        # A particle on a plane of symmetry has the length of the mass that it has with its images.
         geometry, length = self.problem.geometry, self.measures[0]
-        for axis in range(self.axes):
+        for axis in range(axes):
             for side, face in enumerate(self.problem.faces[axis]):
                 if face == Face.SYMMETRIC:
                     wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
                     away = np.abs(partition.particles.position[:, axis] - wall)
-                    length[away < ON_PLANE * geometry.spacing] *= 2.0 ** (1.0 / self.axes)
+                    length[away < ON_PLANE * geometry.spacing] *= 2.0 ** (1.0 / axes)
+        if self.passive:
+            self._hide(partition)
 
     def _hide(self, partition: Partition) -> None:
         """Take the smoothing length of what another method moves where it has no part in the sums of particles.
@@ -297,10 +305,10 @@ class ParticleStepper(Method):
         position, length = partition.particles.position[:, : self.axes], self.measures[0]
         own, others = (
             np.concatenate([np.arange(*edges) for edges in partition.shares[:, bodies].reshape(-1, 2)])
-            for bodies in (self.active, self.passive or [0])
+            for bodies in (self.active, self.passive)
         )
         own = own[length[own] > 0.0]
-        if not self.passive or not own.size:
+        if not own.size:
             return
         low, high = position[own].min(axis=0), position[own].max(axis=0)
         away = np.maximum(low - position[others], position[others] - high).max(axis=1)
@@ -308,16 +316,12 @@ class ParticleStepper(Method):
         farthest = (away + length[others])[near].max(initial=0.0)
         length[others[away - length[others] > farthest]] = 0.0
 
-    def _measure(self, share: int, body: int, begin: int, end: int) -> None:
-        made, axes = self.problem.bodies[body], self.axes
-        thinnest = made.density / STRETCHED**axes
-        self.measure[body](made.matter, self.smoothing.ratio, axes, thinnest, self.table, begin, end, self.measures)
-
-    def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray) -> None:
+    def _find(self, share: int, ranges: np.ndarray, cells: Cells, solid: np.ndarray) -> None:
+        """The neighbours of the particles of a share, in lists that are long enough."""
         if not self.lists[share].size:
             size = int((ranges[:, 1] - ranges[:, 0]).sum())
             self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
-        seen = self.smoothing, self.axes, cells, tables.place, solid, tables.other, ranges
+        seen = self.smoothing, self.axes, cells, self.tables.place, solid, self.tables.other, ranges
         found = self.first, self.stop, self.correction
         while self.find_neighbours(*seen, self.lists[share], *found) < 0:
             self.lists[share] = np.zeros(2 * self.lists[share].size, np.int32)
@@ -325,23 +329,12 @@ class ParticleStepper(Method):
     def _lists(self, share: int) -> Lists:
         return Lists(self.lists[share], self.first, self.stop)
 
-    def _over_shares(self, partition: Partition, call: Any, bodies: Sequence[int] | None = None) -> None:
-        """A kernel over each share of the particles of some bodies, by default those that move."""
-        chosen = self.active if bodies is None else bodies
-        self.pool.run(
-            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.sums))
-        )
-
-    def _over_bodies(self, partition: Partition, call: Any, bodies: Sequence[int]) -> None:
-        """A kernel over some bodies in each share."""
-        self.table = partition.table
-
-        def work(share: int) -> None:
-            for body in bodies:
-                begin, end = partition.shares[share, body].tolist()
-                call(share, body, begin, end)
-
-        self.pool.run(work, range(len(self.sums)))
+    def _over_shares(
+        self, partition: Partition, call: Callable[[int, np.ndarray], None], bodies: Sequence[int]
+    ) -> None:
+        """A call for each share, with the ranges (bodies, 2) of the particles of some bodies in it."""
+        ranges = np.ascontiguousarray(partition.shares[:, bodies])
+        self.pool.run(lambda share: call(share, ranges[share]), range(len(self.sums)))
 
 
 def _axes(problem: Problem) -> int:

@@ -22,7 +22,7 @@ from studies.scenarios import Materials
 from studies.scenarios.parts.numerics import tensions
 
 if TYPE_CHECKING:
-    from solver.matter.eos import EosEntry
+    from solver.matter.eos import EosEntry, EosRecord
     from solver.matter.failure import FailureEntry, PointLoading
     from solver.matter.laws import Matter
     from studies.materials import Material
@@ -220,10 +220,10 @@ def matter(
     )
 
 
-def eos_of(material: "Material", form: str = HUGONIOT) -> NamedTuple:
+def eos_of(material: "Material", form: str = HUGONIOT) -> "EosRecord":
     """The solver's record of a material's equation of state, in one of the forms of its kind."""
     entry = acting_eos(material.eos.kind, form)
-    eos: NamedTuple = entry.make(**material.fill("eos", entry.record))
+    eos: EosRecord = entry.make(**material.fill("eos", entry.record))
     return eos
 
 

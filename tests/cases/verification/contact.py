@@ -109,7 +109,7 @@ def _touch(recipe: Recipe) -> Touch:
     while simulation.time < problem.end_time:
         simulation.advance()
         times.append(simulation.time)
-        impulses.append(float(simulation.impulse[0]))
+        impulses.append(float(simulation.books.impulse[0]))
     before = WALL_SPEED * float(simulation.particles.mass.sum())
     return Touch(np.array(times[1:]), np.diff(impulses) / np.diff(times), float(_momentum(simulation, 0)[0]) / before)
 
@@ -256,7 +256,7 @@ def _state(simulation: Simulation, before: float) -> tuple[float, float, float, 
         simulation.time + before,
         _kinetic(simulation),
         float(_momentum(simulation, 1)[0]),
-        simulation.removed_by_contact,
+        simulation.books.removed_by_contact,
     )
 
 

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.methods.fem.elements import Hexahedron
 from solver.methods.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem, Traction
 from solver.problem.geometry import Cartesian3D, grid
@@ -110,7 +109,7 @@ def bar(cells: int, *, coupled: bool, share: float = 1.0) -> Problem:
 
 
 def _meshed(name: str, across: np.ndarray, along: np.ndarray) -> Body:
-    position, mesh = lattice(Hexahedron(), across, across, along)
+    position, mesh = lattice(across, across, along)
     return Body(
         name=name,
         matter=elastic(MATTER),

@@ -14,7 +14,6 @@ import numpy as np
 
 from solver.matter.stress import PointState, advance
 from solver.matter.tensor import Unturned, equivalent_stress
-from solver.methods.fem.elements import Hexahedron
 from solver.methods.fem.mesh import lattice as mesh_of
 from solver.methods.fem.mesh import node_masses
 from solver.problem import ArtificialViscosity, Body, Problem, Smoothing
@@ -404,9 +403,9 @@ def _smoothed_block(
 def of_elements() -> Iterator[Row]:
     """A turned block, and linear velocities and a uniform pressure in a skewed mesh."""
     yield from _turned_elements()
-    for kind in (ONE_POINT, EIGHT_POINTS):
-        where = f"skewed patch, {kind.points} points"
-        simulation = start(_meshed_block(kind, lambda x: x @ ELEMENT_GRADIENT.T), threads=1)
+    for points in (ONE_POINT, EIGHT_POINTS):
+        where = f"skewed patch, {points} points"
+        simulation = start(_meshed_block(points, lambda x: x @ ELEMENT_GRADIENT.T), threads=1)
         dt = simulation.dt
         simulation.advance()
         exact = COPPER.density / np.linalg.det(np.eye(3) + ELEMENT_GRADIENT * dt)
@@ -415,7 +414,7 @@ def of_elements() -> Iterator[Row]:
             limit=ROUND_OFF,
             got=float(np.abs(_points(simulation).density / exact - 1.0).max()),
         )
-        simulation = start(_meshed_block(kind, np.zeros_like), threads=1)
+        simulation = start(_meshed_block(points, np.zeros_like), threads=1)
         _points(simulation).pressure[:] = PRESSURE
         before = simulation.particles.position.copy()
         simulation.advance()
@@ -451,10 +450,10 @@ def _points(simulation: Simulation) -> Any:
     return simulation.stepper.material_points(simulation.particles, simulation.body)[0]
 
 
-def _meshed_block(kind: Hexahedron, flow: Callable[[np.ndarray], np.ndarray], **changes: Any) -> Problem:
+def _meshed_block(points: int, flow: Callable[[np.ndarray], np.ndarray], **changes: Any) -> Problem:
     """A cube in free space whose inner nodes are moved at random, with the velocities ``flow``."""
     line = SPACING * np.arange(EDGE + 1)
-    position, mesh = mesh_of(kind, line, line, line)
+    position, mesh = mesh_of(line, line, line, points=points)
     inner = ((position > 0.0) & (position < line[-1])).all(axis=1)
     position[inner] += np.random.default_rng(1).uniform(-SKEWED, SKEWED, (int(inner.sum()), 3)) * SPACING
     body = Body(

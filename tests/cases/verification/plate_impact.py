@@ -260,10 +260,10 @@ def _bar(body: Body) -> Body:
 
 def of_elements() -> Iterator[Row]:
     """Finite elements with one point and with eight."""
-    for kind in (ONE_POINT, EIGHT_POINTS):
-        where = f"Cu on Cu, 2 km/s, {kind.points} point{'s' if kind.points > 1 else ''}"
-        flyer = FLYER if kind == ONE_POINT else FLYER[-1:]
-        exact, result, errors = _refined(GATED, partial(meshed, kind=kind), flyer)
+    for points in (ONE_POINT, EIGHT_POINTS):
+        where = f"Cu on Cu, 2 km/s, {points} point{'s' if points > 1 else ''}"
+        flyer = FLYER if points == ONE_POINT else FLYER[-1:]
+        exact, result, errors = _refined(GATED, partial(meshed, points=points), flyer)
         for body, wave in waves(result):
             got = wave.plateau
             yield from relatives(
@@ -272,7 +272,7 @@ def of_elements() -> Iterator[Row]:
                 ("density (kg/m3)", exact.density, got.density, COLUMN_DENSITY),
                 ("shock speed (m/s)", exact.shock_speed, wave.speed, None),
             )
-        if kind == ONE_POINT:
+        if points == ONE_POINT:
             for name in ("pressure", "density"):
                 yield trend(f"{where}: error of the {name}, finest of {len(FLYER)}", errors[name])
         yield from kept(where, result.outcome.audit, MESHED_ROUND_OFF)

@@ -3,8 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import EosEntry
 from solver.units import Density, Described, Dimensionless, HeatCapacity, Pascal, RoomTemperature
 from solver.vectors import power
 
@@ -18,27 +17,19 @@ class Murnaghan(NamedTuple):
     heat_capacity: HeatCapacity
     temperature: RoomTemperature
 
+    def pressure_terms(self, density, energy):
+        return self.K * (power(density / self.density, self.n) - 1.0) / self.n, 0.0
+
+    def sound_speed_squared(self, density, energy, pressure):
+        return self.K / self.density * power(density / self.density, self.n - 1.0)
+
+    def temperature_at(self, density, energy):
+        x, n = density / self.density, self.n
+        cold = self.K / (n * self.density) * (power(x, n - 1.0) / (n - 1.0) + 1.0 / x - n / (n - 1.0))
+        return self.temperature + (energy - cold) / self.heat_capacity
+
+    def reference_sound_speed(self):
+        return math.sqrt(self.K / self.density)
+
 
 EOS = EosEntry("murnaghan", Murnaghan, Murnaghan)
-
-
-@implements(pressure_terms, Murnaghan)
-def pressure_terms_of_murnaghan(eos, density, energy):
-    return eos.K * (power(density / eos.density, eos.n) - 1.0) / eos.n, 0.0
-
-
-@implements(sound_speed_squared, Murnaghan)
-def sound_speed_squared_of_murnaghan(eos, density, energy, pressure):
-    return eos.K / eos.density * power(density / eos.density, eos.n - 1.0)
-
-
-@implements(temperature, Murnaghan)
-def temperature_of_murnaghan(eos, density, energy):
-    x, n = density / eos.density, eos.n
-    cold = eos.K / (n * eos.density) * (power(x, n - 1.0) / (n - 1.0) + 1.0 / x - n / (n - 1.0))
-    return eos.temperature + (energy - cold) / eos.heat_capacity
-
-
-@implements(reference_sound_speed, Murnaghan)
-def reference_sound_speed_of_murnaghan(eos):
-    return math.sqrt(eos.K / eos.density)

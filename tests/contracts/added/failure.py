@@ -2,8 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.failure import FailureEntry, grown_damage
+from solver.matter.failure import FailureEntry
 from solver.units import Described, Pascal
 from solver.vectors import where
 
@@ -13,10 +12,8 @@ class TensionLimit(NamedTuple):
 
     tension: Annotated[Pascal, Described("tension at which matter fails", 1e6, 1e12)]
 
+    def grown_damage(self, damage, loading):
+        return where(-loading.pressure >= self.tension, 1.0, damage)
+
 
 FAILURE = FailureEntry("tension-limit", TensionLimit)
-
-
-@implements(grown_damage, TensionLimit)
-def grown_damage_of_tension_limit(failure, damage, loading):
-    return where(-loading.pressure >= failure.tension, 1.0, damage)

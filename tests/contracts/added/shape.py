@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import gives, implements
+from solver.grid.shapes import ShapeEntry
 from solver.vectors import floor
 
 
@@ -12,6 +11,14 @@ class Tent(NamedTuple):
 
     order: int = 1
 
+    def width(self):
+        return 2
+
+    def weights(self, place):
+        first = floor(place)
+        part = place - first
+        return first, (1.0 - part, part), (-1.0, 1.0)
+
 
 def tent(particles_per_cell):
     """The same tents for any number of particles."""
@@ -19,13 +26,3 @@ def tent(particles_per_cell):
 
 
 SHAPE = ShapeEntry("tent", Tent, tent, flat_cost=1e-7, box_cost=2e-7)
-
-
-gives(width, Tent, 2)
-
-
-@implements(weights, Tent)
-def weights_of_tent(shape, place):
-    first = floor(place)
-    part = place - first
-    return first, (1.0 - part, part), (-1.0, 1.0)

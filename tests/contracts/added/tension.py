@@ -2,8 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import implements
-from solver.matter.tension import TensionEntry, pressure_floor
+from solver.matter.tension import TensionEntry
 from solver.units import FromMaterial, Pascal
 
 
@@ -12,10 +11,8 @@ class HalfTension(NamedTuple):
 
     spall_strength: Annotated[Pascal, FromMaterial("tension.spall_strength")]
 
+    def pressure_floor(self, homologous):
+        return -0.5 * self.spall_strength
+
 
 TENSION = TensionEntry("half", HalfTension, molten=True)
-
-
-@implements(pressure_floor, HalfTension)
-def pressure_floor_of_half_tension(tension, homologous):
-    return -0.5 * tension.spall_strength

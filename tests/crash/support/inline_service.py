@@ -29,7 +29,7 @@ class Inline(RecordingEngine):
     def submit(self, attempt: Attempt) -> None:
         folder = Path(attempt.directory)
         folder.mkdir(parents=True)
-        perform(vars(attempt), lambda _message: None, lambda: False)
+        perform(attempt, lambda _message: None, lambda: False)
         names = OF_A_RUN if attempt.kind is Kind.RUN else SWEEP_FILES
         files = tuple(describe(folder / name) for name in names if (folder / name).is_file())
         self._inbox.put(Ended(attempt.key, Ending(None, "", "", files, 0.1)))

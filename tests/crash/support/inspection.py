@@ -71,9 +71,8 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
         for file in store.runs.files(id)
         if file.name == RESULT and artifacts.is_intact(file)
     }
-    return [
-        id for id, file in answers.items() if " step " in str(artifacts.read_json(file)["provenance"].get("checkpoint"))
-    ]
+    provenances = {id: json.loads(artifacts.path(file).read_bytes())["provenance"] for id, file in answers.items()}
+    return [id for id, provenance in provenances.items() if " step " in str(provenance.get("checkpoint"))]
 
 
 def half_files(store: Store, artifacts: Artifacts) -> list[str]:

@@ -14,7 +14,7 @@ from service.api.browsers import SESSION
 from service.api.errors import TooManyRequests
 from service.api.event_streams import EventStreams
 from service.client.connection import ServerEvent, server_events
-from service.records.jobs import Scope, StoreUnavailable
+from service.records.jobs import AttemptProgress, Scope, StoreUnavailable
 from service.settings import Settings
 from tests.service.support.api import Api, served
 from tests.service.support.fakes import wait_until
@@ -98,7 +98,13 @@ def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
     [lease] = api.store.leases.take(1, api.term())
-    report = {"time": 7e-6, "end_time": 1e-4, "step": 7, "eta_seconds": 5.0, "measured": {"hole_diameter": 0.01007}}
+    report: AttemptProgress = {
+        "time": 7e-6,
+        "end_time": 1e-4,
+        "step": 7,
+        "eta_seconds": 5.0,
+        "measured": {"hole_diameter": 0.01007},
+    }
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         api.store.leases.record_progress([(lease, {"fraction": 0.07, "seconds": 0.7, **report})])
         progress = next(event for event in stream if event.name == "progress")

@@ -21,16 +21,15 @@ from service.bucket.keeping import HOUR, BucketKeeper
 from service.cli.backup import back_up
 from service.cli.doctor import CheckStatus, check_bucket
 from service.files.artifacts import Artifacts
-from service.files.disk_space import Space
 from service.files.stores import FilesAway
 from service.queue import data_identity as identity
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import forget_lost_states
-from service.queue.keepers import Kept
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
+from tests.service.support.attempts import published
 from tests.service.support.fakes import DEADLINE, open_store, run_id, runs_of, settings_in
 from tests.service.support.harness import Harness, open_harness
 
@@ -62,9 +61,8 @@ def http(harness: Harness, **settings: object) -> TestClient:
 def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
-    space = Space(chosen.data, chosen.disk_reserve)
     clock = ClockWatch(chosen, harness.store)
-    keeper = BucketKeeper(Kept(chosen, harness.store, harness.artifacts, space, clock, harness.scrubber()))
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, clock, harness.scrubber())
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 
@@ -156,7 +154,7 @@ def test_publication__brings_results_and_sections_back(harness: Harness) -> None
     Path(publication.directory).mkdir(parents=True)
     losses = [
         {"run_id": each["run_id"], "path": each["path"], "sha256": each["sha256"]}
-        for each in publication.spec["outcomes"]
+        for each in published(publication)["outcomes"]
     ]
     (Path(publication.directory) / "losses.json").write_text(json.dumps(losses))
     with away("get_file"):

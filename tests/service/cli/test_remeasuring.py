@@ -60,7 +60,7 @@ class Solved:
 
     def result(self, run_id: str) -> dict[str, Any]:
         """What the registered result of a run says."""
-        answer: dict[str, Any] = self.artifacts.read_json(self.store.runs.file(run_id, RESULT))
+        answer: dict[str, Any] = json.loads(self.artifacts.path(self.store.runs.file(run_id, RESULT)).read_bytes())
         return answer
 
     def states(self) -> set[SweepState]:

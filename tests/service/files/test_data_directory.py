@@ -86,7 +86,7 @@ def test_data__is_for_its_owner_alone_and_what_was_open_is_tightened(tmp_path: P
         store.ping()
         modes = {file.name: file.stat().st_mode & 0o777 for file in settings.data.glob("*.db*")}
         assert modes == dict.fromkeys(("whipple.db", "whipple.db-wal", "whipple.db-shm"), 0o600)
-        store.copy_to(tmp_path / "copy.db")
+        store.database.copy_to(tmp_path / "copy.db")
     assert settings.data.stat().st_mode & 0o777 == 0o700
     assert (tmp_path / "copy.db").stat().st_mode & 0o777 == 0o600
 

@@ -10,6 +10,7 @@ from service.files.artifacts import Artifacts
 from service.files.lost_results import Loss, ResultsLost, leave_list
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
+from tests.service.support.attempts import published
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -23,9 +24,9 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
 def without_results(harness: Harness, ticket: Attempt, *numbers: int) -> None:
     """The publication says that it could not read the results of these runs."""
     Path(ticket.directory).mkdir(parents=True)
-    found = {one["run_id"]: one for one in ticket.spec["outcomes"]}
+    found = {one["run_id"]: one for one in published(ticket)["outcomes"]}
     asked = [found[run_id(number)] for number in numbers]
-    losses = [Loss(one["run_id"], one["path"], one["sha256"]) for one in asked]
+    losses = [Loss(one["run_id"], str(one["path"]), str(one["sha256"])) for one in asked]
     with pytest.raises(ResultsLost) as told:
         leave_list(losses, Path(ticket.directory))
     harness.end_badly(ticket, Cause.ERROR, failure="ResultsLost", reason=str(told.value))
@@ -77,8 +78,10 @@ def test_lost_result__is_waited_for_by_a_sweep_whose_publication_is_due_or_under
     for attempt in (*others, again):
         harness.end_well(attempt)
     harness.engine.free = 2
-    published = harness.tick()
-    assert [one["state"] for each in published for one in each.spec["outcomes"]] == [State.SUCCEEDED] * 2
+    publications = harness.tick()
+    assert [one["state"] for publication in publications for one in published(publication)["outcomes"]] == [
+        State.SUCCEEDED
+    ] * 2
 
 
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:

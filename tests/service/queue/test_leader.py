@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.jobs import Cause, Keep, Kind, State
+from service.records.jobs import AttemptProgress, Cause, Keep, Kind, State
 from service.workers.attempt import ProgressMessage
 from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
@@ -94,7 +94,7 @@ def test_progress__is_written_at_intervals(tmp_path: Path) -> None:
     with open_harness(tmp_path, replace(AT_ONCE, progress_interval=3600.0)) as harness:
         attempts = harness.begin(2)
         for step in (1, 2, 3):
-            progress = {"fraction": step / 10, "seconds": 0.1 * step, "checkpoint": step}
+            progress: AttemptProgress = {"fraction": step / 10, "seconds": 0.1 * step, "checkpoint": step}
             for attempt in attempts:
                 harness.send(ProgressMessage(attempt.key, progress))
             harness.tick()

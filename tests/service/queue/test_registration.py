@@ -11,6 +11,7 @@ from service.queue.retry import FREE_LOSSES
 from service.queue.verification import VerifiedEnding
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable
 from service.workers.attempt import Attempt
+from tests.service.support.attempts import computed, published
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import Harness
 from tests.service.support.targets import FAKE
@@ -60,11 +61,11 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     harness.end_well(good)
     harness.end_badly(bad, Cause.ERROR)
     [publication] = harness.tick()
-    result, failure = publication.spec["outcomes"]
-    assert Path(result["path"]).is_file()
+    result, failure = published(publication)["outcomes"]
+    assert Path(str(result["path"])).is_file()
     assert (failure["path"], failure["state"]) == (None, "failed")
-    assert failure["reason"].startswith("because of error")
-    assert publication.spec["document"] == harness.store.sweeps.document(id)
+    assert str(failure["reason"]).startswith("because of error")
+    assert published(publication)["document"] == harness.store.sweeps.document(id)
 
 
 @pytest.fixture
@@ -126,4 +127,4 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert lose(harness, 1 + FREE_LOSSES, lambda _: None) == []
     assert (harness.run().state, harness.run().crashes) == (State.QUEUED, 0)
     assert checkpoint.read_text() == "7"
-    assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
+    assert [computed(attempt)["materials"][FAKE]["id"] for attempt in harness.begin(2)] == [run_id(1)]

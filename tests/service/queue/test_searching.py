@@ -9,6 +9,7 @@ from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
 from studies import scenarios
 from studies.sweeps.sweep import Point, Sweep
+from tests.service.support.attempts import computed, published
 from tests.service.support.harness import Harness
 from tests.service.support.targets import PERFORATES
 
@@ -29,7 +30,7 @@ def submit(harness: Harness) -> str:
 
 
 def speed(attempt: Attempt) -> float:
-    return float(attempt.spec["parameters"]["speed"])
+    return float(str(computed(attempt)["parameters"]["speed"]))
 
 
 def searched(harness: Harness, begun: list[Attempt], speeds: list[float]) -> Attempt:
@@ -53,7 +54,7 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     assert above - below <= 5.0
     status = harness.store.sweeps.get(id)
     assert (status.planned, status.new, status.counts["succeeded"]) == (7, 7, 7)
-    assert len(publication.spec["outcomes"]) == 7
+    assert len(published(publication)["outcomes"]) == 7
     harness.end_well(publication)
     harness.tick()
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
@@ -69,7 +70,7 @@ def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried
     harness.end_badly(third, Cause.LOST)
     [publication] = harness.tick()
     assert publication.kind is Kind.PUBLISH
-    assert {each["state"] for each in publication.spec["outcomes"]} == {State.SUCCEEDED, State.CANCELLED}
+    assert {each["state"] for each in published(publication)["outcomes"]} == {State.SUCCEEDED, State.CANCELLED}
     harness.end_well(publication)
     harness.tick()
     assert harness.store.sweeps.get(id).state is SweepState.CANCELLED
@@ -100,7 +101,7 @@ def test_search__that_is_cancelled_between_two_steps_begins_no_further_run(
         harness.tick()
         assert harness.store.sweeps.cancel(id).state is SweepState.CANCELLING
         harness.engine.free = 3
-    assert len(harness.publish().spec["outcomes"]) == 3
+    assert len(published(harness.publish())["outcomes"]) == 3
     status = harness.store.sweeps.get(id)
     assert (status.state, status.planned) == (SweepState.CANCELLED, 3)
 

@@ -139,9 +139,10 @@ def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> 
 @pytest.mark.parametrize("migrate", [True, False])
 @pytest.mark.parametrize("revision", ["0012", "9999"])
 def test_unknown_revision__is_refused_with_the_cure_and_left_alone(own_url: str, revision: str, migrate: bool) -> None:
-    with closing(Store.open(own_url)) as store, store.database.writing() as writing:
-        writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
-    with closing(Database(own_url)) as database:
+    with closing(Store.open(own_url)) as store:
+        database = store.database
+        with database.writing() as writing:
+            writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
         before = rows_of(database)
         with pytest.raises(StoreUnavailable) as refused:
             Store.open(own_url, migrate=migrate)

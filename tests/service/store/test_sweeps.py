@@ -4,8 +4,21 @@ from contextlib import closing
 from dataclasses import replace
 
 import pytest
+from pydantic import JsonValue
 
-from service.records.jobs import RESULT, Cause, Conflict, CrashCount, Keep, Kind, Stored, Submission, SweepState
+from service.records.jobs import (
+    RESULT,
+    AttemptProgress,
+    Cause,
+    Conflict,
+    CrashCount,
+    Keep,
+    Kind,
+    Stored,
+    Submission,
+    Summary,
+    SweepState,
+)
 from service.store import Store
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
@@ -88,7 +101,7 @@ def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: St
 
 
 NEW = Stored(RESULT, "runs/result-1.json", 3, "11" * 32)
-SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
+SUMMARY: Summary = {"measurements": {"hole_diameter": {"value": 2.0}}}
 
 
 def computed(store: Store, runs: int) -> str:
@@ -147,7 +160,10 @@ def test_search__finds_a_sweep_by_its_scenario_and_its_materials_in_two_statemen
     store: Store, text: str, found: bool
 ) -> None:
     sweep = sweep_of(1)
-    document = {"fixed": {"projectile": "my-alloy"}, "axes": {"target": ["al-6061-t6", "ti-6al-4v"]}}
+    document: dict[str, JsonValue] = {
+        "fixed": {"projectile": "my-alloy"},
+        "axes": {"target": ["al-6061-t6", "ti-6al-4v"]},
+    }
     store.sweeps.create(Submission(replace(sweep, document={**sweep.document, **document})))
     with statements(store) as sent:
         page = store.sweeps.page_with_files(text=text)
@@ -196,7 +212,7 @@ def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, data
 def test_progress__reaches_runs_and_sweep(store: Store) -> None:
     sweep = store.sweeps.create(Submission(sweep_of(2))).id
     leases = lease_runs(store, 2)
-    message = {"fraction": 0.5, "seconds": 3.0, "step": 9}
+    message: AttemptProgress = {"fraction": 0.5, "seconds": 3.0, "step": 9}
     store.leases.record_progress([(leases[0], message)])
     run = store.runs.get(leases[0].id)
     assert (run.fraction, run.progress) == (0.5, message)

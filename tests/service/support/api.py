@@ -18,6 +18,7 @@ from service.api.conversions import Conversions
 from service.api.readers import Readers
 from service.api.reading import Given, Made
 from service.api.routes import all_routes
+from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
@@ -74,7 +75,7 @@ def every_route() -> Iterator[APIRoute]:
 
 
 @dataclass
-class FakeDispatcher:
+class FakeDispatcher(Dispatcher):
     """Computes nothing; says what it is told to say."""
 
     reason: str | None = None

@@ -2,17 +2,18 @@
 
 import json
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.records.jobs import Kind
-from service.workers.attempt import Attempt, Ending
+from service.records.jobs import AttemptProgress, Kind
+from service.workers.attempt import Attempt, Ending, Publication
 from service.workers.supervisor import SendProgress, Supervisor
 from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Slot
+from studies.runs.run import RunSpec
 from tests.service.support.fakes import run_id, wait_until
 from tests.service.support.targets import MEBIBYTE, FakeRun
 
@@ -35,7 +36,19 @@ def with_checkpoint(folder: Path, **more: Any) -> Attempt:
     return replace(attempt_at(folder, **more), checkpoint=str(folder / "checkpoint"))
 
 
-def ignore(_progress: Mapping[str, Any]) -> None:
+def published(attempt: Attempt) -> Publication:
+    """What an attempt to publish a sweep gets."""
+    assert "outcomes" in attempt.spec
+    return attempt.spec
+
+
+def computed(attempt: Attempt) -> RunSpec:
+    """What an attempt to compute a run gets."""
+    assert "parameters" in attempt.spec
+    return attempt.spec
+
+
+def ignore(_progress: AttemptProgress) -> None:
     """Ignore progress."""
 
 
@@ -49,7 +62,7 @@ class RunningAttempt:
 
     def __init__(self, attempt: Attempt, timings: Timings = NO_PAUSE):
         self.attempt = attempt
-        self.progress: list[Mapping[str, Any]] = []
+        self.progress: list[AttemptProgress] = []
         self.supervisor = Supervisor(attempt, self.progress.append, timings)
         self._endings: list[Ending] = []
         self._thread = threading.Thread(target=self._run)

@@ -15,6 +15,7 @@ from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.workers.timings import Timings
 from studies.quantities.files import SWEEP_FILES
+from tests.service.support.attempts import computed, published
 from tests.service.support.fakes import (
     DEADLINE,
     LosableTerms,
@@ -85,10 +86,10 @@ class Harness:
         directory.mkdir(parents=True)
         (directory / "log.txt").write_text("computed\n")
         if attempt.kind is Kind.RUN:
-            execute(FakeRun.from_json(attempt.spec), directory, film=attempt.keep is Keep.FILM)
+            execute(FakeRun.from_json(computed(attempt)), directory, film=attempt.keep is Keep.FILM)
         else:
-            answers = {outcome["run_id"]: outcome for outcome in attempt.spec["outcomes"]}
-            publish(attempt.spec["document"], answers, directory)
+            answers = {outcome["run_id"]: outcome for outcome in published(attempt)["outcomes"]}
+            publish(published(attempt)["document"], answers, directory)
         names = OF_A_RUN if attempt.kind is Kind.RUN else (*SWEEP_FILES, "log.txt")
         files = [directory / name for name in names]
         return Ending(None, "", "", tuple(describe(file) for file in files if file.is_file()), 1.5)

@@ -50,13 +50,13 @@ class FakeRun:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     scenario: str = "thin_plate"
 
-    def as_json(self) -> dict[str, Any]:
-        return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {FAKE: self.id}}
+    def as_json(self) -> real.RunSpec:
+        return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {FAKE: {"id": self.id}}}
 
     @staticmethod
-    def from_json(plain: Mapping[str, Any]) -> "FakeRun":
+    def from_json(plain: real.RunSpec) -> "FakeRun":
         """The run that ``as_json``, here or of a real run, wrote."""
-        id = plain["materials"].get(FAKE) or real.Run.from_json(plain).id
+        id = plain["materials"][FAKE]["id"] if FAKE in plain["materials"] else real.Run.from_json(plain).id
         return FakeRun(id, plain["parameters"], plain["scenario"])
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.workers.stall import StallClock
+from service.workers.supervisor import StallClock
 
 
 def watched(clock: StallClock, seconds: int, *, busy: float = 0.0, has_steps: bool = True) -> float:

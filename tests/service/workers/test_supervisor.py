@@ -13,9 +13,9 @@ import pytest
 
 from service.files.artifacts import digest
 from service.files.lost_results import list_in
-from service.records.jobs import Cause, Keep, Kind
+from service.records.jobs import Cause, Keep, Kind, Outcome
 from service.workers import supervisor
-from service.workers.attempt import Attempt
+from service.workers.attempt import Attempt, Publication
 from service.workers.timings import DEFAULT
 from studies.quantities.files import SWEEP_FILES
 from tests.service.support.attempts import (
@@ -64,20 +64,20 @@ def test_complete_attempt__is_not_computed_again(tmp_path: Path) -> None:
     assert supervise(attempt_at(tmp_path, "hang")).files == first.files
 
 
-def publication(folder: Path, *outcomes: Mapping[str, Any]) -> Attempt:
+def publication(folder: Path, *outcomes: Outcome) -> Attempt:
     """An attempt to publish runs with these outcomes."""
-    spec = {"document": {"name": "s"}, "outcomes": list(outcomes)}
+    spec: Publication = {"document": {"name": "s"}, "outcomes": outcomes}
     return replace(attempt_at(folder), kind=Kind.PUBLISH, spec=spec)
 
 
-DIED = {"run_id": run_id(2), "state": "failed", "reason": "died", "path": None, "sha256": None}
+DIED: Outcome = {"run_id": run_id(2), "state": "failed", "reason": "died", "path": None, "sha256": None}
 
 
 def test_publication__gets_results_and_reasons_however_many(tmp_path: Path) -> None:
     good = supervise(attempt_at(tmp_path)).files[0]
-    done = {"run_id": run_id(1), "state": "succeeded", "path": good.path, "sha256": good.sha256}
-    more = [{**DIED, "run_id": run_id(number)} for number in range(2, 10_000)]
-    ending = supervise(publication(tmp_path, {**DIED, **done}, *more))
+    done: Outcome = {**DIED, "run_id": run_id(1), "state": "succeeded", "path": good.path, "sha256": good.sha256}
+    more: list[Outcome] = [{**DIED, "run_id": run_id(number)} for number in range(2, 10_000)]
+    ending = supervise(publication(tmp_path, done, *more))
     names = [file.name for file in ending.files]
     assert names == [*SWEEP_FILES, "log.txt"]
     published = result_of(ending)
@@ -87,8 +87,8 @@ def test_publication__gets_results_and_reasons_however_many(tmp_path: Path) -> N
 
 def test_publication__lists_results_that_are_lost_or_damaged(tmp_path: Path) -> None:
     good = supervise(attempt_at(tmp_path)).files[0]
-    damaged = {**DIED, "run_id": run_id(3), "path": good.path, "sha256": "00" * 32}
-    gone = {**DIED, "run_id": run_id(4), "path": f"{good.path}.gone", "sha256": good.sha256}
+    damaged: Outcome = {**DIED, "run_id": run_id(3), "path": good.path, "sha256": "00" * 32}
+    gone: Outcome = {**DIED, "run_id": run_id(4), "path": f"{good.path}.gone", "sha256": good.sha256}
     attempt = publication(tmp_path, DIED, damaged, gone)
     ending = supervise(attempt)
     assert (ending.cause, ending.failure) == (Cause.ERROR, "ResultsLost")

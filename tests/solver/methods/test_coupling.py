@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError
-from solver.methods.fem.elements import Hexahedron
 from solver.methods.fem.mesh import lattice, node_masses
-from solver.methods.sph.smoothing import CubicSpline
 from solver.problem import Body, Face, Problem, Smoothing, Traction
 from solver.simulation import simulate, start
 from tests.solver.bodies import DENSITY, FREE, OPEN, SPACING, box, elastic_copper
@@ -20,7 +18,7 @@ LINE = (CELLS + np.arange(CELLS + 1)) * SPACING
 
 def bar(velocity: Any = 0.0, across: np.ndarray = LINE, **changes: Any) -> Problem:
     """A block of elements beneath one of particles that begin at the nodes of the mesh that would go on."""
-    position, mesh = lattice(Hexahedron(), across, LINE, LINE)
+    position, mesh = lattice(across, LINE, LINE)
     above = position + np.array([0.0, 0.0, CELLS * SPACING])
 
     def body(name: str, place: np.ndarray, own: Any) -> Body:
@@ -33,7 +31,7 @@ def bar(velocity: Any = 0.0, across: np.ndarray = LINE, **changes: Any) -> Probl
         "bodies": (body("elements", position, mesh), body("particles", above, None)),
         "faces": OPEN,
         "end_time": 1e-6,
-        "smoothing": Smoothing(CubicSpline()),
+        "smoothing": Smoothing(),
     }
     return Problem(**{**standard, **changes})
 

@@ -97,7 +97,8 @@ def test_appendix__becomes_the_problem_that_it_says() -> None:
     assert not resting.velocity.any()
     assert moving.mass == pytest.approx(np.full(130, 8900.0 * 1e-9 / 8.0), rel=1e-12)
     assert moving.matter.strength == JohnsonCook(90e6, 392e6, 0.5, 0.0, 1.0, 1.0)
-    assert (moving.matter.eos.c0, moving.matter.eos.s) == (3300.0, 1.49)
+    eos = moving.matter.eos._asdict()
+    assert (eos["c0"], eos["s"]) == (3300.0, 1.49)
 
 
 @pytest.mark.claim("decks", "deck-bar", minutes=0.1)

@@ -31,7 +31,7 @@ ROLES: Materials = {"projectile": COPPER, "target": COPPER}
 
 def test_matter__has_the_constants_of_the_material() -> None:
     made = matter(COPPER)
-    assert (made.eos.c0, made.eos.temperature) == (3940.0, 294.0)
+    assert (made.eos._asdict()["c0"], made.eos.temperature) == (3940.0, 294.0)
     assert made.tension == RecoverableTension(1.9e9)
     assert (made.room_temperature, made.melt_temperature) == (294.0, 1356.0)
     assert made.failure == NoFailure()

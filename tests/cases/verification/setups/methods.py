@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 
 from solver.audit import Audit
-from solver.methods.fem.elements import Hexahedron
 from solver.methods.fem.mesh import lattice, node_masses
-from solver.methods.sph.smoothing import CubicSpline
 from solver.problem import Body, Problem, Smoothing
 from solver.problem.geometry import Cartesian3D, grid
 from studies.quantities.numerical_defaults import RECIPES, Recipe
@@ -22,12 +20,12 @@ from tests.claims.rows import Row, zero
 LINE: Recipe = replace(RECIPES["whipple"], particles_per_cell=1)
 
 # The numerics of all cases: Monaghan's viscosity (1, 2), the spline with h = 1.3 spacings, corrected gradients.
-SPH = Smoothing(CubicSpline())
+SPH = Smoothing()
 PLAIN = SPH._replace(corrected=False)
 SMOOTHINGS = {"corrected gradients": SPH, "plain gradients": PLAIN}
 COURANT = 0.3
 
-ONE_POINT, EIGHT_POINTS = Hexahedron(), Hexahedron(8)
+ONE_POINT, EIGHT_POINTS = 1, 8  # integration points
 COURANT_OF_ELEMENTS = 0.8  # of the bound of each
 
 
@@ -42,17 +40,17 @@ def smoothed(problem: Problem, smoothing: Smoothing = SPH, **changes: Any) -> Pr
     return replace(problem, geometry=geometry, bodies=bodies, smoothing=smoothing, courant=COURANT, **changes)
 
 
-def meshed(problem: Problem, kind: Hexahedron = ONE_POINT) -> Problem:
+def meshed(problem: Problem, points: int = ONE_POINT) -> Problem:
     """The problem of a column as a bar of one hexahedron across, between planes of symmetry."""
-    bodies = tuple(_bar(body, problem.geometry.spacing, kind) for body in problem.bodies)
+    bodies = tuple(_bar(body, problem.geometry.spacing, points) for body in problem.bodies)
     return replace(problem, bodies=bodies, courant=COURANT_OF_ELEMENTS)
 
 
-def _bar(body: Body, spacing: float, kind: Hexahedron) -> Body:
+def _bar(body: Body, spacing: float, points: int) -> Body:
     middles = np.sort(body.position[:, 0])
     step = body.spacing[0]
     planes = np.append(middles - 0.5 * step, middles[-1] + 0.5 * step)
-    position, mesh = lattice(kind, planes, np.array([0.0, spacing]), np.array([0.0, spacing]))
+    position, mesh = lattice(planes, np.array([0.0, spacing]), np.array([0.0, spacing]), points=points)
     velocity = np.zeros_like(position)
     velocity[:, 0] = np.interp(position[:, 0], body.position[:, 0], body.velocity[:, 0])
     return replace(
