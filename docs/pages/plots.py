@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from studies.reports.drawing.canvas import drawn_plainly
+from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.styles import MARKERS, OKABE_ITO
 
 GREY = "#7f7f7f"
@@ -35,13 +35,13 @@ def residuals(panels: Sequence[tuple[str, Mapping[str, Points]]]) -> str:
 
 def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Callable[[], str]]:
     """The axes of a figure in a row, and the function that gives its SVG."""
-    with drawn_plainly():
+    with drawn_in_style("plain"):
         figure = Figure(figsize=size)
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
 
     def close() -> str:
         buffer = io.StringIO()
-        with drawn_plainly():
+        with drawn_in_style("plain"):
             figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
         return buffer.getvalue()
 

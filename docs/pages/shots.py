@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.answers.answer import ask
 from studies.observations import written
-from studies.observations.compared import FEWEST, STORED, bias_and_scatter, ratio, stored
+from studies.observations.compared import FEWEST, STORED, StoredShot, bias_and_scatter, ratio, stored
 from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.least_squares import CONFIDENCE
 from studies.quantities.parameters import declared
@@ -47,7 +47,7 @@ TITLES = {
 }
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
 
-Rows = Sequence[Mapping[str, Any]]
+Rows = Sequence[StoredShot]
 
 
 # ---- computed ------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ def laws_beside() -> str:
     rows = []
     for shot in (*published("craters"), *published("holes")):
         if shot.value is not None:
-            for each in map(ask(laws.shot_from(shot.parameters)), laws.answering(shot.quantity)):
+            for each in (ask(law, laws.shot_from(shot.parameters)) for law in laws.answering(shot.quantity)):
                 if each.in_range:
                     use = "" if each.law.use == "verdict" else each.law.use
                     difference = percent(each.value / shot.value - 1.0)
@@ -263,7 +263,7 @@ def _rows(rows: Rows) -> str:
             lines.append([f"**{source}**", *[""] * (len(header) - 1)])
         at = [_shown(row["parameters"].get(name), units[name]) for name in varied]
         uncertainty = row["uncertainty"]
-        observed = " to ".join(map(_millimetres, row.get("bounds") or (row["observed"],)))
+        observed = " to ".join(map(_millimetres, row.get("bounds") or (row["observed"] or 0.0,)))
         if uncertainty is not None:
             observed += f" ± {_millimetres(uncertainty)}"
         simulated = NONE if row["simulated"] is None else _millimetres(row["simulated"])
@@ -301,7 +301,7 @@ def drawings() -> dict[str, str]:
         mine = [row for row in stored()["shots"] if row["table"] == name]
         series = {
             _title(quantity): [
-                (row["parameters"]["speed"], 100.0 * ratio(row))
+                (float(row["parameters"]["speed"]), 100.0 * ratio(row))
                 for row in mine
                 if row["quantity"] == quantity and not math.isnan(ratio(row))
             ]

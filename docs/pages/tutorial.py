@@ -35,11 +35,11 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
     """Output of a cell: what it prints, the value of its last line, and the name of its figure."""
     from matplotlib import pyplot
 
-    from studies.reports.drawing.canvas import drawn_plainly
+    from studies.reports.drawing.canvas import drawn_in_style
 
     *statements, last = ast.parse(source).body
     printed, value = io.StringIO(), None
-    with contextlib.redirect_stdout(printed), drawn_plainly():
+    with contextlib.redirect_stdout(printed), drawn_in_style("plain"):
         exec(compile(ast.Module(statements, []), "cell", "exec"), namespace)
         if isinstance(last, ast.Expr):
             value = eval(compile(ast.Expression(last.value), "cell", "eval"), namespace)

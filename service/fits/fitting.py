@@ -117,7 +117,7 @@ def surrogate(
         if prediction is not None:
             _print_prediction(made, prediction, at or [])
     if plot is not None:
-        from studies.fits.drawing import draw_left_out
+        from studies.fits.surrogate import draw_left_out
 
         draw_left_out(made, plot)
         print(f"written: {plot}", file=sys.stderr)
@@ -134,8 +134,8 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
         print(f"  left out: run {id[:SHORT_ID]}, {reason}")
     if len(runs.left_out) > MOST_LISTED:
         print(f"  left out: {len(runs.left_out) - MOST_LISTED} others; --json names all")
-    lengths = ", ".join(f"{length.name.replace('_', ' ')} {length.value:.2g}" for length in made.lengths)
-    bends, noise = (f"{deviation.value * shown.factor:.2g}{unit}" for deviation in made.deviations)
+    lengths = ", ".join(f"{name.replace('_', ' ')} {length:.2g}" for name, length in made.lengths.items())
+    bends, noise = (f"{size * shown.factor:.2g}{unit}" for size in made.deviations.values())
     print(f"  kernel: {KERNEL}, most likely:")
     print(f"  lengths over the range of the input: {lengths}; bends {bends}; noise {noise}")
     freedom = f"{made.degrees_of_freedom} degrees of freedom"

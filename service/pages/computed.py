@@ -1,7 +1,7 @@
 """What child processes compute for pages: sweeps that are made of a stored one, and drawings."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
@@ -9,6 +9,7 @@ from service.pages.forms import read_value
 from service.records.expansion import ExpandedSweep
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain, Value
+from studies.reports.figure import Scale, Series, SeriesKind
 from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -52,5 +53,7 @@ def drawn_chart(chart: Chart) -> str:
     from studies.reports.drawing.charts import lines
     from studies.reports.drawing.images import as_files
 
-    [svg] = as_files(lines(asdict(chart)))
+    kind: SeriesKind = "quantity" if chart.marked else "history"
+    series = [Series(kind, line.label, tuple(line.x), tuple(line.y), tuple(line.uncertainty)) for line in chart.lines]
+    [svg] = as_files(lines(chart.title, Scale(*chart.x), Scale(*chart.y), series))
     return svg

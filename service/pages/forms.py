@@ -188,10 +188,10 @@ def _setup(sweep: Sweep) -> tuple[str, str] | None:
     """The set-up of the first run as an image, with its alternative text; None where the scenario draws none."""
     from studies.reports.drawing.images import as_image
     from studies.reports.drawing.sketches import setup_sketch
-    from studies.reports.setup import setup
+    from studies.reports.pictures import setup
 
     first = next(iter(sweep.every_run(1))).run.parameters
     materials = {role: [*names] for role, names in sweep.roles().items()}
     axes: dict[str, list[Value]] = {axis.name: [*axis.values] for axis in sweep.axes}
-    document = setup(sweep.definition, {**{name: [value] for name, value in first.items()}, **materials, **axes})
-    return (as_image(setup_sketch(document)), document["alt"]) if document else None
+    drawn = setup(sweep.definition, {**{name: [value] for name, value in first.items()}, **materials, **axes})
+    return (as_image(setup_sketch(drawn)), drawn.alt) if drawn else None

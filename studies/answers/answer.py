@@ -1,11 +1,11 @@
 """What every law says of each shot of a question, how far apart they are, and the published shots nearest to it."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 
-from studies import laws
+from studies import laws, materials
 from studies.answers.question import Question
 from studies.answers.targets import Addition, targets
 from studies.laws import Law, RangeStatus, Shot, unmeasured
@@ -63,12 +63,12 @@ class QuantityAnswer:
     @property
     def trusted(self) -> list[LawAnswer]:
         """The laws whose range holds the shot and whose confidence lets them judge."""
-        return [each for each in self.laws if each.in_range and each.law.use == "verdict"]
+        return [answer for answer in self.laws if answer.in_range and answer.law.use == "verdict"]
 
     @property
     def spread(self) -> tuple[float, float] | None:
         """Smallest and largest value of the laws in range; None where there is none."""
-        values = [bound for each in self.trusted for bound in (each.low, each.high) if not math.isnan(bound)]
+        values = [bound for law in self.trusted for bound in (law.low, law.high) if not math.isnan(bound)]
         return (min(values), max(values)) if values else None
 
     def describe(self) -> dict[str, Plain]:
@@ -78,19 +78,17 @@ class QuantityAnswer:
             "quantity": self.quantity,
             "title": self.title,
             "unit": self.unit,
-            "laws": [each.describe() for each in self.laws],
+            "laws": [answer.describe() for answer in self.laws],
             "spread": spread and {"low": spread[0], "high": spread[1], "laws": len(self.trusted)},
         }
 
     def sentence(self) -> str:
         """What the laws say, in a sentence of at most twenty words."""
-        unit = display_of(self.unit)
         count, spread = len(self.trusted), self.spread
         if spread is None:
             return f"{self.title}: no law in range."
-        numbers = printed_bounds(*spread, self.unit)
         law = self.trusted[0].law.title if count == 1 else f"{count} laws in range"
-        return f"{self.title}: {numbers} {unit.unit} ({law})."
+        return f"{self.title}: {printed_bounds(*spread, self.unit)} {display_of(self.unit).unit} ({law})."
 
 
 @dataclass(frozen=True)
@@ -108,18 +106,10 @@ class NearObservation:
 
     def describe(self) -> dict[str, Plain]:
         """Plain values, SI."""
-        each = self.shot
-        return {
-            "quantity": each.quantity,
-            "value": each.value,
-            "bounds": each.bounds,
-            "uncertainty": each.uncertainty,
-            "parameters": {name: value for name, value in each.parameters.items() if value is not None},
-            "source": each.source,
-            "confidence": each.confidence,
-            "note": each.note,
-            "apart": self.apart,
-        }
+        names = ("quantity", "value", "bounds", "uncertainty", "parameters", "source", "confidence", "note")
+        plain: dict[str, Plain] = {name: getattr(self.shot, name) for name in names}
+        stated = {name: value for name, value in self.shot.parameters.items() if value is not None}
+        return {**plain, "parameters": stated, "apart": self.apart}
 
 
 @dataclass(frozen=True)
@@ -140,8 +130,8 @@ class ShotAnswer:
         return {
             "headline": self.headline(),
             "parameters": {name: value for name, value in self.parameters.items() if value is not None},
-            "quantities": [each.describe() for each in self.quantities],
-            "shots": [each.describe() for each in self.shots],
+            "quantities": [quantity.describe() for quantity in self.quantities],
+            "shots": [shot.describe() for shot in self.shots],
             **additions,
         }
 
@@ -153,12 +143,12 @@ class ShotAnswer:
 def document(question: Question) -> dict[str, Plain]:
     """The answers to a question as plain values, SI, with what the catalogue says of each law once."""
     items = list(answers(question))
-    asked = {each.law.name: each.law for quantity in items[0].quantities for each in quantity.laws}
+    asked = {answer.law.name: answer.law for quantity in items[0].quantities for answer in quantity.laws}
     return {
         "target": question.target,
         "axes": {axis.name: {"unit": axis.unit, "values": list(axis.values)} for axis in question.axes},
         "laws": {name: law.describe() for name, law in asked.items()},
-        "items": [each.describe() for each in items],
+        "items": [item.describe() for item in items],
     }
 
 
@@ -176,26 +166,20 @@ def answer(shot: Shot, target: str, parameters: Mapping[str, Value]) -> ShotAnsw
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
     for quantity in targets()[target].quantities:
-        asked = laws.answering(quantity)
-        if asked:
-            unit = UNITS[asked[0].dimension]
-            yield QuantityAnswer(quantity, unit, tuple(sorted(map(ask(shot), asked), key=_rank)))
+        if asked := laws.answering(quantity):
+            ranked = sorted((ask(law, shot) for law in asked), key=_rank)
+            yield QuantityAnswer(quantity, UNITS[asked[0].dimension], tuple(ranked))
 
 
-def ask(shot: Shot) -> Callable[[Law], LawAnswer]:
-    """A function that asks a law about a shot: the middle of its variants, and their bounds."""
-
-    def asked(law: Law) -> LawAnswer:
-        values = [law.evaluate(shot, variant) for variant in law.variants(shot)]
-        first = values[0]
-        low, high = law.band(shot)
-        return LawAnswer(law, 0.5 * (low + high), low, high, first.in_range, first.status, laws.in_words(first.reasons))
-
-    return asked
+def ask(law: Law, shot: Shot) -> LawAnswer:
+    """What a law says of a shot: the middle of its variants, and their bounds."""
+    first = law.evaluate(shot, law.variants(shot)[0])
+    low, high = law.band(shot)
+    return LawAnswer(law, 0.5 * (low + high), low, high, first.in_range, first.status, laws.in_words(first.reasons))
 
 
-def _rank(each: LawAnswer) -> tuple[bool, bool, bool, str]:
-    return math.isnan(each.value), not each.in_range, each.law.use != "verdict", each.law.name
+def _rank(answer: LawAnswer) -> tuple[bool, bool, bool, str]:
+    return math.isnan(answer.value), not answer.in_range, answer.law.use != "verdict", answer.law.name
 
 
 def shot_in_words(shot: Shot) -> str:
@@ -216,16 +200,16 @@ def shot_in_words(shot: Shot) -> str:
 def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearObservation]:
     """The published shots of the same metals nearest to one: by speed, diameter and thickness over diameter."""
     near = []
-    for each in _published(target):
-        p = each.parameters
+    for published in _published(target):
+        p = published.parameters
         metals = _family(p.get("projectile")), _family(p.get("target"))
         if metals == (shot.projectile.family, shot.target.family):
             speed, diameter = float(p["speed"] or 0.0), float(p["projectile_diameter"] or 0.0)
             ratios = [speed / shot.speed, diameter / shot.projectile_diameter]
             if shot.plate_thickness and p.get("plate_thickness"):
                 ratios.append(float(p["plate_thickness"] or 0.0) / diameter / shot.thickness_ratio)
-            near.append(NearObservation(each, math.hypot(*map(math.log, ratios))))
-    return sorted(near, key=lambda each: each.apart)[:count]
+            near.append(NearObservation(published, math.hypot(*map(math.log, ratios))))
+    return sorted(near, key=lambda seen: seen.apart)[:count]
 
 
 @cache
@@ -236,8 +220,6 @@ def _published(target: str) -> Sequence[Observation]:
 
 def _family(material: Value) -> str:
     """The metal of a published shot, which may name no alloy."""
-    from studies import materials
-
     name = str(material)
     return name.removesuffix(UNKNOWN_ALLOY) if name.endswith(UNKNOWN_ALLOY) else materials.load(name).family
 
@@ -256,12 +238,12 @@ def printed_bounds(low: float, high: float, unit: str) -> str:
 
 def _without_nan(values: Mapping[str, Plain]) -> dict[str, Plain]:
     """Plain values as JSON has them: None in place of NaN."""
-    return {name: _plain(value) for name, value in values.items()}
 
+    def plain(value: Plain) -> Plain:
+        if isinstance(value, Mapping):
+            return _without_nan(value)
+        if isinstance(value, list | tuple):
+            return [plain(part) for part in value]
+        return None if isinstance(value, float) and math.isnan(value) else value
 
-def _plain(value: Plain) -> Plain:
-    if isinstance(value, Mapping):
-        return _without_nan(value)
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return None if isinstance(value, float) and math.isnan(value) else value
+    return {name: plain(value) for name, value in values.items()}

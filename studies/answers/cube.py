@@ -40,7 +40,7 @@ def cube_of(question: Question) -> "xr.Dataset":
         coordinates[dim] = (dim, [law.name for law in laws], {})
         coordinates[f"title_of_{dim}"] = (dim, [law.title for law in laws], {})
         coordinates[f"source_of_{dim}"] = (dim, [law.source for law in laws], {})
-        by_name = [{each.law.name: each for each in answer.quantities[place].laws} for answer in every]
+        by_name = [{law.law.name: law for law in answer.quantities[place].laws} for answer in every]
         rows = [by_law[law.name] for law in laws for by_law in by_name]  # the last axis fastest
         shape, dims = (len(laws), *question.shape), (dim, *names)
         about = {"units": quantity.unit, "long_name": quantity.title}
@@ -51,7 +51,7 @@ def cube_of(question: Question) -> "xr.Dataset":
         variables[f"{name}_in_range"] = (dims, inside, {"flag_values": [0, 1], "units": "1"})
         outside = np.array([row.outside for row in rows], np.object_).reshape(shape)
         variables[f"{name}_outside"] = (dims, outside, {})
-    additions = [each.addition for each in every if each.addition]
+    additions = [answer.addition for answer in every if answer.addition]
     added = targets()[question.target].variables(additions, names, question.shape)
     coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})

@@ -22,19 +22,18 @@ def picture(shot: Shot, target: str) -> Figure:
     name, symbol = targets()[target].drawn
     diameter = shot.projectile_diameter
     drawn = curves_of(name, shot, 1.0 / diameter)
-    near = [each.shot for each in nearest(shot, target) if each.shot.quantity == name and each.shot.value is not None]
-    seen = Series(
+    near = [seen.shot for seen in nearest(shot, target) if seen.shot.quantity == name and seen.shot.value is not None]
+    measured = Series(
         "observation",
         OBSERVED,
-        tuple(float(each.parameters["speed"] or 0.0) for each in near),
-        tuple((each.value or 0.0) / float(each.parameters["projectile_diameter"] or 1.0) for each in near),
-        notes=tuple(f"{each.source}; {each.confidence}" for each in near),
+        tuple(float(seen.parameters["speed"] or 0.0) for seen in near),
+        tuple((seen.value or 0.0) / float(seen.parameters["projectile_diameter"] or 1.0) for seen in near),
+        notes=tuple(f"{seen.source}; {seen.confidence}" for seen in near),
     )
-    shots = (seen,) if near else ()
-    title = f"{symbol} against speed, {shot.projectile.name} on {shot.target.name}"
+    shots = (measured,) if near else ()
     return Figure(
         f"{name}_against_speed",
-        title,
+        f"{symbol} against speed, {shot.projectile.name} on {shot.target.name}",
         f"Laws that cover this {target} at some speed; dotted outside their range.",
         SPEED,
         Scale("ratio", symbol, "1"),

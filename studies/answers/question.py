@@ -138,7 +138,7 @@ def read_question(document: Plain) -> Question:
         raise refusal("shot", document, "a mapping of parameters", "write speed: 6 km/s, projectile: al-2017-t4, ...")
     document = as_shot(document)
     findings = Findings()
-    own = _own_materials(document.get(OWN_MATERIALS), findings)
+    own = findings.attempt(_own_materials, document.get(OWN_MATERIALS), findings) or {}
     names = sorted({*shipped.names(), *own})
     parameters = shot_parameters()
     reader = AxisReader(MOST_SHOTS, names)
@@ -155,7 +155,8 @@ def read_question(document: Plain) -> Question:
     for name, raw in document.items():
         if name != OWN_MATERIALS:
             findings.attempt(read, name, raw)
-    findings.extend(missing(each) for each in parameters.values() if each.required and each.name not in document)
+    absent = [name for name, parameter in parameters.items() if parameter.required and name not in document]
+    findings.extend(missing(parameters[name]) for name in absent)
     findings.extend(meant({n for n, value in document.items() if value is not None}).missing(document, parameters))
     findings.check()
     shots = math.prod(len(axis.values) for axis in axes)
@@ -176,11 +177,9 @@ def _own_materials(raw: Plain, findings: Findings) -> dict[str, Material]:
     if raw is None:
         return {}
     if not isinstance(raw, Mapping):
-        findings.extend(
-            refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/materials.md").findings
-        )
-        return {}
+        raise refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/materials.md")
     read = {
-        str(name): findings.attempt(read_own, each, join(OWN_MATERIALS, name), str(name)) for name, each in raw.items()
+        str(name): findings.attempt(read_own, stated, join(OWN_MATERIALS, name), str(name))
+        for name, stated in raw.items()
     }
     return {name: material for name, material in read.items() if material is not None}

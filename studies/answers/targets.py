@@ -116,7 +116,8 @@ def targets() -> Mapping[str, AnsweredTarget]:
 
 def meant(stated: Collection[str]) -> AnsweredTarget:
     """The target that parameters of a question mean, complete or not."""
-    own = (each for each in targets().values() if each.parameters and {*declared(each.parameters)} & {*stated})
+    with_own = ((target, target.parameters) for target in targets().values() if target.parameters)
+    own = (target for target, record in with_own if {*declared(record)} & {*stated})
     return next(own, targets()[target_of(stated).name])
 
 

@@ -17,7 +17,7 @@ from studies.cases.comparison import Comparison, Figure
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.quantities.display import NONE, digits
 from studies.quantities.files import REPORT_HTML, write_text
-from studies.reports.drawing.canvas import drawn_plainly
+from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.styles import MARKERS, OKABE_ITO
 from studies.reports.wording import environment_of
 
@@ -91,7 +91,7 @@ def shown(value: Figure | None) -> str:
 def draw(picture: Picture) -> str:
     """A figure as SVG that reads on light and dark paper."""
     buffer = io.StringIO()
-    with drawn_plainly():
+    with drawn_in_style("plain"):
         canvas = Canvas(figsize=(6.4, 4.0))
         axes = canvas.subplots()
         for number, line in enumerate(picture.lines):

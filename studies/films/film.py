@@ -87,7 +87,10 @@ class Film:
             with np.load(path) as saved:
                 fits = saved["time"].size >= frames and int(saved["stride"]) == self.stride
                 if fits and frames:
-                    self._take(saved, frames)
+                    columns = [saved["position"], *(saved[name][..., None] for name in SCALARS)]
+                    self.frames = list(np.concatenate(columns, axis=-1)[:frames])
+                    self.times, self.body = saved["time"][:frames].tolist(), saved["body"]
+                    self.whole = bool(saved["whole"])
                     return
         except (OSError, KeyError, ValueError, BadZipFile):
             pass  # not there, or damaged
@@ -100,22 +103,15 @@ class Film:
         frame = np.full((self.count, VALUES), np.nan, np.float32)
         frame[place, :3] = particles.position[shown]
         frame[place, 3] = np.linalg.norm(particles.velocity[shown], axis=1)
-        for column, name in enumerate(SCALARS[1:], 4):
-            frame[place, column] = getattr(particles, name)[shown]
+        frame[place, 4:] = np.stack([getattr(particles, name)[shown] for name in SCALARS[1:]], axis=-1)
         self.body[place] = snapshot.body[shown]
         departed = snapshot.departed
         shown = departed.number % self.stride == 0
         place = departed.number[shown] // self.stride
         frame[place, :3] = flown_on_grid(self.problem, departed, snapshot.time)[shown]
         frame[place, 3] = np.linalg.norm(departed.velocity[shown], axis=1)
-        for column, name in enumerate(SCALARS[1:], 4):
-            frame[place, column] = 0.0 if name == "pressure" else getattr(departed, name)[shown]
+        frame[place, SCALARS.index("pressure") + 3] = 0.0
+        for name in ("temperature", "plastic_strain", "damage"):
+            frame[place, SCALARS.index(name) + 3] = getattr(departed, name)[shown]
         frame[np.isnan(frame[:, 0])] = np.nan
         return frame
-
-    def _take(self, saved: "np.lib.npyio.NpzFile", frames: int) -> None:
-        columns = [saved["position"], *(saved[name][..., None] for name in SCALARS)]
-        self.frames = list(np.concatenate(columns, axis=-1)[:frames])
-        self.times = saved["time"][:frames].tolist()
-        self.body = saved["body"]
-        self.whole = bool(saved["whole"])

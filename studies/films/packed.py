@@ -13,12 +13,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from studies.quantities.display import display_alone
 from studies.quantities.files import write_atomically
+from studies.quantities.parameters import Plain
 
 MOST_BYTES = 8 << 20  # of the arrays of a view, before compression
 MOST_FRAMES = 60  # more than a slider of 300 pixels can tell apart are left out, evenly
@@ -75,7 +75,7 @@ def packed(view: View) -> bytes:
     place = np.rint((position - low) / np.maximum(high - low, 1e-300) * STEPS).astype("<u2")
     fields = [_field(name, np.concatenate([frame.fields[name] for frame in frames])) for name in frames[0].fields]
     window = np.quantile(position, [STRAY, 1.0 - STRAY], axis=0)
-    text: dict[str, Any] = {
+    text: dict[str, Plain] = {
         "bodies": view.bodies,
         "width": view.width,
         "mirrored": view.mirrored,
@@ -91,13 +91,13 @@ def packed(view: View) -> bytes:
     return _headed(text, place.T, body, *(levels for _, levels in fields))
 
 
-def _headed(text: dict[str, Any], *arrays: np.ndarray) -> bytes:
+def _headed(text: Mapping[str, Plain], *arrays: np.ndarray) -> bytes:
     head = json.dumps(text, allow_nan=False).encode()
     head += b" " * (-len(head) % 4)  # arrays of 16 bits begin at an even place
-    return len(head).to_bytes(4, "little") + head + b"".join(np.ascontiguousarray(each).tobytes() for each in arrays)
+    return len(head).to_bytes(4, "little") + head + b"".join(array.tobytes() for array in arrays)
 
 
-def _field(name: str, values: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
+def _field(name: str, values: np.ndarray) -> tuple[dict[str, Plain], np.ndarray]:
     """A field in 8 bits, and what a legend says of it."""
     is_log = name in LOGARITHMIC
     values = np.log10(values) if is_log else values
@@ -131,9 +131,9 @@ def _thinned(view: View) -> View:
         chosen = np.unique(np.linspace(0, len(frames) - 1, MOST_FRAMES).round().astype(int))
         frames = [frames[number] for number in chosen]
         notes.append(f"{MOST_FRAMES} of {len(view.frames)} frames are shown.")
-    each = 2 * frames[0].position.shape[1] + 1 + len(frames[0].fields)
+    bytes_of_point = 2 * frames[0].position.shape[1] + 1 + len(frames[0].fields)
     count = sum(len(frame.body) for frame in frames)
-    stride = -(-count * each // MOST_BYTES)
+    stride = -(-count * bytes_of_point // MOST_BYTES)
     width = view.width
     if stride > 1:
         frames = [
@@ -145,6 +145,6 @@ def _thinned(view: View) -> View:
             )
             for frame in frames
         ]
-        width = tuple(each * math.sqrt(stride) for each in width)
+        width = tuple(size * math.sqrt(stride) for size in width)
         notes.append(f"One of {stride} particles is shown, larger in proportion.")
     return replace(view, frames=tuple(frames), width=width, note=" ".join(filter(None, notes)))

@@ -21,6 +21,7 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from solver.grid.debris import flown_on_grid
 from solver.problem import Body, Face, Problem
@@ -128,7 +129,7 @@ class SectionRecorder:
         """Write the sections so far: whole, or not at all."""
         self.is_saved = True
         bodies = self.problem.bodies
-        arrays: dict[str, object] = {
+        arrays: dict[str, ArrayLike] = {
             "bodies": [body.name for body in bodies],
             "spacing": self.spacing,
             "mirrored": self.problem.faces[0][0] == Face.SYMMETRIC,
@@ -196,7 +197,7 @@ class SectionRecorder:
             "temperature": (particles.temperature, departed.temperature[late]),
             "pressure": (particles.pressure, nothing),
             "density": (particles.density, nothing),
-            "speed": (_speed(particles.velocity), _speed(departed.velocity[late])),
+            "speed": (np.linalg.norm(particles.velocity, axis=1), np.linalg.norm(departed.velocity[late], axis=1)),
         }
         number = np.concatenate([particles.number[shown], departed.number[late]])
         order = np.argsort(number)
@@ -238,22 +239,18 @@ class SectionRecorder:
 def read_sections(path: Path) -> Sections:
     """The sections in a file; raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) for anything else."""
     with np.load(path, allow_pickle=False) as saved:
-        count = sum(name.startswith("time_") for name in saved.files)
+        count, taken = sum(name.startswith("time_") for name in saved.files), None
+        if "radiograph" in saved:
+            origin, pixel = float(saved["radiograph_origin"]), float(saved["radiograph_pixel"])
+            taken = Radiograph(saved["radiograph"], origin, pixel)
         return Sections(
             bodies=tuple(saved["bodies"].tolist()),
             spacing=saved["spacing"],
             mirrored=bool(saved["mirrored"]),
             moments=tuple(saved["moments"].tolist()),
             states=tuple(_unpacked(saved, number) for number in range(count)),
-            radiograph=_radiograph(saved),
+            radiograph=taken,
         )
-
-
-def _radiograph(saved: "np.lib.npyio.NpzFile") -> Radiograph | None:
-    if "radiograph" not in saved:
-        return None
-    origin, pixel = float(saved["radiograph_origin"]), float(saved["radiograph_pixel"])
-    return Radiograph(saved["radiograph"], origin, pixel)
 
 
 def _filling(body: Body, axes: list[int], reach: float) -> tuple[np.ndarray, np.ndarray]:
@@ -284,12 +281,7 @@ def _filling(body: Body, axes: list[int], reach: float) -> tuple[np.ndarray, np.
     return np.concatenate(nodes), np.concatenate(weights)
 
 
-def _speed(velocity: np.ndarray) -> np.ndarray:
-    speed: np.ndarray = np.linalg.norm(velocity, axis=1)
-    return speed
-
-
-def _packed(state: Section) -> dict[str, object]:
+def _packed(state: Section) -> dict[str, ArrayLike]:
     """The arrays of a section in a file."""
     low = high = np.zeros(2)
     if len(state.position):

@@ -84,24 +84,16 @@ def export_state(state: Snapshot, names: Sequence[str], folder: Path) -> list[Pa
     files = {STATE_VTU: on_grid | {"body": state.body}, DEPARTED_VTU: departed}
     for name, arrays in files.items():
         fields = {
-            {"number": "particle", "time": "departure_time"}.get(each, each): (values, UNITS.get(each))
-            for each, values in arrays.items()
-            if each != "position"
+            {"number": "particle", "time": "departure_time"}.get(field, field): (values, UNITS.get(field))
+            for field, values in arrays.items()
+            if field != "position"
         }
         _write(Points(state.time, arrays["position"], fields, names), folder / name)
     return [folder / name for name in files]
 
 
 def _write(points: Points, file: Path) -> None:
-    def fill(part: Path) -> None:
-        with part.open("wb") as stream:
-            stream.writelines(_vtu(points))
-
-    write_atomically(file, fill)
-
-
-def _vtu(points: Points) -> list[bytes]:
-    """The content of a VTU, in pieces."""
+    """Write a VTU."""
     count = len(points.position)
     appended: list[bytes] = []
 
@@ -122,21 +114,15 @@ def _vtu(points: Points) -> list[bytes]:
         + array("types", np.full(count, VERTEX, np.uint8))
     )
     listed = "".join(array(name, *field) for name, field in points.fields.items())
+    letters = " ".join(str(byte) for name in points.bodies for byte in (*name.encode(), 0))  # a zero ends each name
     text = (
-        f'<VTKFile type="UnstructuredGrid" version="1.0" {HEAD}>\n<UnstructuredGrid>\n'
-        f"<FieldData>{_time(points.time)}{_texts('bodies', points.bodies)}</FieldData>\n"
+        f'<VTKFile type="UnstructuredGrid" version="1.0" {HEAD}>\n<UnstructuredGrid>\n<FieldData>'
+        f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{points.time!r}</DataArray>'
+        f'<DataArray type="String" Name="bodies" NumberOfTuples="{len(points.bodies)}" format="ascii">{letters}'
+        "</DataArray></FieldData>\n"
         f'<Piece NumberOfPoints="{count}" NumberOfCells="{count}">\n<Points>{position}</Points>\n'
         f"<Cells>{cells}</Cells>\n<PointData>{listed}</PointData>\n</Piece>\n</UnstructuredGrid>\n"
         '<AppendedData encoding="raw">\n_'
     )
-    return [text.encode(), *appended, b"\n</AppendedData>\n</VTKFile>\n"]
-
-
-def _time(time: float) -> str:
-    return f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}</DataArray>'
-
-
-def _texts(name: str, texts: Sequence[str]) -> str:
-    """Texts as an array of their letters, each text ended by a zero."""
-    letters = " ".join(str(byte) for text in texts for byte in (*text.encode(), 0))
-    return f'<DataArray type="String" Name="{name}" NumberOfTuples="{len(texts)}" format="ascii">{letters}</DataArray>'
+    content = b"".join([text.encode(), *appended, b"\n</AppendedData>\n</VTKFile>\n"])
+    write_atomically(file, lambda part: part.write_bytes(content))

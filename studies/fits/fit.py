@@ -60,7 +60,7 @@ class FittedForm:
     @property
     def values(self) -> list[float]:
         """The constants alone."""
-        return [each.value for each in self.constants.values()]
+        return [constant.value for constant in self.constants.values()]
 
     @property
     def residuals(self) -> np.ndarray:
@@ -112,8 +112,8 @@ class FittedForm:
             return None
         factor = (1e3 * self.diameter) ** dimension_of(self.measured.quantity)
         return {
-            name: each.value * (factor if name in self.form.multiplied else 1.0)
-            for name, each in self.constants.items()
+            name: constant.value * (factor if name in self.form.multiplied else 1.0)
+            for name, constant in self.constants.items()
         }
 
     def law(self, name: str = "") -> FittedLaw:
@@ -243,16 +243,16 @@ def compared(fits: Sequence[FittedForm]) -> list[Ranked]:
     their difference is that of the criterion without it.
     """
     groups: dict[int, list[FittedForm]] = {}
-    for each in fits:
-        if each.solution is not None:
-            corrected = math.isfinite(each.aicc)
-            groups.setdefault(0 if corrected else len(each.form.constants), []).append(each)
+    for fitted in fits:
+        if fitted.solution is not None:
+            corrected = math.isfinite(fitted.aicc)
+            groups.setdefault(0 if corrected else len(fitted.form.constants), []).append(fitted)
     ranked = []
     for constants, group in groups.items():
-        sizes = {each.form.name: each.aic if constants else each.aicc for each in group}
-        group.sort(key=lambda each: sizes[each.form.name])
+        sizes = {fitted.form.name: fitted.aic if constants else fitted.aicc for fitted in group}
+        group.sort(key=lambda fitted: sizes[fitted.form.name])
         least = min(sizes.values())
-        ranked.append(Ranked(tuple(group), tuple(sizes[each.form.name] - least for each in group)))
+        ranked.append(Ranked(tuple(group), tuple(sizes[fitted.form.name] - least for fitted in group)))
     return ranked
 
 
@@ -277,7 +277,7 @@ def verdicts(fits: Sequence[FittedForm]) -> list[str]:
             )
         else:
             size = ranked.differences[1]
-            nearest = min(ranked.fits, key=lambda each: each.rms)
+            nearest = min(ranked.fits, key=lambda fitted: fitted.rms)
             although = ""
             if nearest is not ranked.fits[0]:
                 although = (
@@ -312,7 +312,7 @@ def _ends(values: Sequence[float]) -> tuple[float, float]:
 
 def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
     """Fits to one quantity as plain values, sizes in SI."""
-    measured, done = fits[0].measured, [each for each in fits if each.solution is not None]
+    measured, done = fits[0].measured, [fitted for fitted in fits if fitted.solution is not None]
     differences = {
         id(fit): size for ranked in compared(done) for fit, size in zip(ranked.fits, ranked.differences, strict=True)
     }
@@ -327,20 +327,20 @@ def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
         "left_out": sum(measured.left_out.values()),
         "left_out_by_reason": dict(measured.left_out),
         "fits": [
-            dict[str, Plain](form=each.form.name, reason=each.reason)
-            if each.solution is None
+            dict[str, Plain](form=fitted.form.name, reason=fitted.reason)
+            if fitted.solution is None
             else {
-                **each.law().document(),
-                "in_millimetres": each.in_millimetres(),
-                "rms": each.rms,
-                "aicc": each.aicc if math.isfinite(each.aicc) else None,
-                "aicc_difference": differences[id(each)],
+                **fitted.law().document(),
+                "in_millimetres": fitted.in_millimetres(),
+                "rms": fitted.rms,
+                "aicc": fitted.aicc if math.isfinite(fitted.aicc) else None,
+                "aicc_difference": differences[id(fitted)],
                 "published": [
-                    {"law": law.title, "constants": dict(zip(each.form.constants, law.constants, strict=True))}
-                    for law in each.published
+                    {"law": law.title, "constants": dict(zip(fitted.form.constants, law.constants, strict=True))}
+                    for law in fitted.published
                 ],
             }
-            for each in fits
+            for fitted in fits
         ],
         "verdict": verdicts(fits),
     }

@@ -13,6 +13,7 @@ from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
+from studies.laws.documents import LawReader
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import Plain
 from studies.quantities.units import is_number, parse_quantity, readable
@@ -135,6 +136,9 @@ def read_law(document: object, path: str) -> FittedLaw:
     return _Reading(document, path).law()
 
 
+READER = LawReader("fitted", read_law)
+
+
 class _Reading:
     """One document being read, with the findings so far."""
 
@@ -197,9 +201,9 @@ class _Reading:
             return {}
         read = {}
         for name in form.constants:
-            each = stated[name] if isinstance(stated[name], Mapping) else {}
+            part = stated[name] if isinstance(stated[name], Mapping) else {}
             numbers = [
-                self._number(f"constants.{name}.{key}", each.get(key), -math.inf, math.inf)
+                self._number(f"constants.{name}.{key}", part.get(key), -math.inf, math.inf)
                 for key in ("value", "low", "high")
             ]
             read[name] = FittedConstant(*numbers)

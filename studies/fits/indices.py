@@ -78,12 +78,12 @@ def indices_of_surrogate(surrogate: Surrogate) -> list[InputIndices]:
     The intervals are those of the estimate; the surrogate's own error is that of its predictions.
     """
     inputs = surrogate.runs.inputs
-    axes = [number for number, each in enumerate(inputs) if each.is_axis]
+    axes = [number for number, varied in enumerate(inputs) if varied.is_axis]
     if not axes:
         return []
 
     def function(places: np.ndarray) -> np.ndarray:
-        every = np.tile([each.high for each in inputs], (len(places), 1))
+        every = np.tile([varied.high for varied in inputs], (len(places), 1))
         every[:, axes] = places
         return surrogate.mean(every)
 

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from studies.cubes.points import axes_of, comparable, is_same, places_of, points
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
-from studies.quantities.parameters import declared
+from studies.quantities.parameters import Value, declared
 from studies.quantities.units import parse_quantity
 from studies.sweeps.document import text_of
 from studies.sweeps.reading import ACCEPTED, vocabulary
@@ -51,10 +50,9 @@ class MeasuredShots:
             if name not in axes:
                 raise refusal("--at", text, "an axis of the points", nearest_cure(name, axes))
             unit = self.units.get(name)
-            is_word = isinstance(axes[name], str)
-            chosen[name] = (
-                value if is_word else float(parse_quantity(number_or_text(value), unit or "1", f"--at {name}"))
-            )
+            chosen[name] = value
+            if not isinstance(axes[name], str):
+                chosen[name] = float(parse_quantity(number_or_text(value), unit or "1", f"--at {name}"))
         return chosen
 
     def at(self, chosen: Mapping[str, float | str]) -> "MeasuredShots":
@@ -124,7 +122,7 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     )
 
 
-def _shots(sweep: Sweep, axes: Sequence[str]) -> dict[tuple[Any, ...], Shot]:
+def _shots(sweep: Sweep, axes: Sequence[str]) -> dict[tuple[Value, ...], Shot]:
     """The shot of each point of a sweep by its place."""
     coordinates = [{variable_name(name): value for name, value in at.items()} for at in sweep.coordinates()]
     shots = list(sweep.shots())
@@ -149,7 +147,7 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     text = observations.text(source) if source in observations.names() else text_of(Path(source), "CUBE", TABLE)
     digest = hashlib.sha256(text.encode()).hexdigest()[:SHORT_DIGEST]
     scenario, shots = _read_table(text)
-    units = {name: each.unit for name, each in declared(scenario.parameters).items()}
+    units = {name: parameter.unit for name, parameter in declared(scenario.parameters).items()}
     valued = [shot for shot in shots if shot.value]  # a range has none
     for quantity in dict.fromkeys(shot.quantity for shot in valued if shot.quantity in forms):
         mine = [shot for shot in valued if shot.quantity == quantity]
@@ -169,23 +167,22 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
         )
 
 
-def _read_table(text: str) -> tuple[Any, Sequence[observations.Observation]]:
+def _read_table(text: str) -> tuple[scenarios.Scenario, Sequence[observations.Observation]]:
     """Scenario and shots of a table; raises InvalidInput as the last scenario reads it."""
-    refused: InvalidInput | None = None
-    for name in scenarios.names():
-        scenario = scenarios.load(name)
-        if {"projectile", "target"} <= set(scenario.materials):
-            roles = dict.fromkeys(scenario.materials, ())
-            try:
-                return scenario, observations.read_observations(text, vocabulary(name, roles, {}))
-            except InvalidInput as error:
-                refused = error
-    assert refused is not None
-    raise refused
+    every = map(scenarios.load, scenarios.names())
+    of_shots = [scenario for scenario in every if {"projectile", "target"} <= {*scenario.materials}]
+    for scenario in of_shots:
+        roles = dict.fromkeys(scenario.materials, ())
+        try:
+            return scenario, observations.read_observations(text, vocabulary(scenario.name, roles, {}))
+        except InvalidInput:
+            if scenario is of_shots[-1]:
+                raise
+    raise AssertionError("some scenario is of shots")
 
 
-def _shot_of(observation: observations.Observation, scenario: Any) -> Shot:
-    defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
+def _shot_of(observation: observations.Observation, scenario: scenarios.Scenario) -> Shot:
+    defaults = {name: parameter.default for name, parameter in declared(scenario.parameters).items()}
     try:
         return laws.shot_from({**defaults, **observation.parameters})
     except KeyError as error:

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,9 @@ from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS, RUN_ID
 from studies.fits.measured import number_or_text, source_of
-from studies.quantities.findings import Finding, Findings, MissingExtra, nearest_cure, refusal, shown
+from studies.quantities.display import display_of, with_unit
+from studies.quantities.files import write_atomically
+from studies.quantities.findings import Finding, Findings, InvalidInput, MissingExtra, nearest_cure, refusal, shown
 from studies.quantities.least_squares import CONFIDENCE
 from studies.quantities.measured import CLOSED_ON_AXIS, TOO_COARSE
 from studies.quantities.parameters import Parameter, parse_value
@@ -31,6 +34,7 @@ from studies.sweeps.reading import OFFSET, RESOLUTION
 if TYPE_CHECKING:
     from sklearn.gaussian_process import GaussianProcessRegressor
 
+FORMATS = ("png", "svg", "pdf")  # of its drawing
 KERNEL = "straight line + Matern 5/2 with a length for each input + noise"
 FOLDS = 60  # the most processes of which each never had some runs
 RESTARTS = 8  # of the search for the most likely lengths, size and noise, from places drawn within their bounds
@@ -88,6 +92,11 @@ class ComputedRuns:
     left_out: tuple[tuple[str, str], ...] = ()  # other runs of the cube: id and reason
 
     @property
+    def names(self) -> list[str]:
+        """Names of the inputs."""
+        return [varied.name for varied in self.inputs]
+
+    @property
     def not_used(self) -> dict[str, int]:
         """How many other runs of the cube do not count, by reason; the most frequent one first."""
         return dict(Counter(reason for _, reason in self.left_out).most_common())
@@ -110,8 +119,7 @@ class ComputedRuns:
 
     def scale(self, places: np.ndarray) -> np.ndarray:
         """Some inputs, (places, inputs), from 0 to 1 within the runs."""
-        columns = [each.scaled(column) for each, column in zip(self.inputs, places.T, strict=True)]
-        return np.column_stack(columns)
+        return np.column_stack([varied.scaled(column) for varied, column in zip(self.inputs, places.T, strict=True)])
 
     def read_place(self, texts: Sequence[str]) -> np.ndarray:
         """Inputs from texts, "speed=6 km/s": (inputs,), SI; the resolution is the finest unless stated.
@@ -120,21 +128,21 @@ class ComputedRuns:
         """
         parts = (text.partition("=") for text in texts)
         stated = {name.strip(): value.strip() for name, _, value in parts}
-        names, findings, place = [each.name for each in self.inputs], Findings(), []
-        for name in stated:
-            if name not in names:
-                cure = nearest_cure(name, names)
-                findings.append(Finding("--at", name, "an input of the surrogate", cure))
-        for each in self.inputs:
-            if each.name in stated:
-                number = number_or_text(stated[each.name])
-                place.append(findings.attempt(parse_value, each.parameter, number, f"--at {each.name}"))
-            elif each.is_axis:
-                low, high = (readable(end, each.unit) for end in (each.low, each.high))
-                limit, cure = f"{each.name} from {low} to {high}", f"add --at '{each.name}={low}'"
+        unknown = (name for name in stated if name not in self.names)
+        findings, place = Findings(), []
+        findings.extend(
+            Finding("--at", name, "an input of the surrogate", nearest_cure(name, self.names)) for name in unknown
+        )
+        for varied in self.inputs:
+            name, parameter = varied.name, varied.parameter
+            if name in stated:
+                place.append(findings.attempt(parse_value, parameter, number_or_text(stated[name]), f"--at {name}"))
+            elif varied.is_axis:
+                low, high = (readable(end, varied.unit) for end in (varied.low, varied.high))
+                limit, cure = f"{name} from {low} to {high}", f"add --at '{name}={low}'"
                 findings.append(Finding("--at", shown("nothing"), limit, cure))
             else:
-                place.append(each.high)
+                place.append(varied.high)
         findings.check()
         return np.array(place, float)
 
@@ -246,14 +254,6 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class CovarianceNumber:
-    """The most likely value of a number of the covariance."""
-
-    name: str
-    value: float
-
-
-@dataclass(frozen=True)
 class Surrogate:
     """A Gaussian process for one quantity of a cube."""
 
@@ -297,7 +297,7 @@ class Surrogate:
     @cached_property
     def points_left_out(self) -> LeftOut:
         """Each point left out once, with the runs of all its grids."""
-        axes = [number for number, each in enumerate(self.runs.inputs) if each.is_axis]
+        axes = [number for number, varied in enumerate(self.runs.inputs) if varied.is_axis]
         _, points = np.unique(self.runs.places[:, axes], axis=0, return_inverse=True)
         points = points.ravel()
         return self.left_out if points.max() + 1 == len(points) else self._left_out(points)
@@ -317,16 +317,16 @@ class Surrogate:
         return LeftOut(Prediction(values, intervals), values - computed)
 
     @property
-    def lengths(self) -> list[CovarianceNumber]:
+    def lengths(self) -> dict[str, float]:
         """The length of each input over which values bend, over the range of the input (cell sizes of resolutions)."""
         lengths = np.exp(self._process.kernel_.theta)[1:-1].tolist()
-        return [CovarianceNumber(each.name, length) for each, length in zip(self.runs.inputs, lengths, strict=True)]
+        return dict(zip(self.runs.names, lengths, strict=True))
 
     @property
-    def deviations(self) -> list[CovarianceNumber]:
+    def deviations(self) -> dict[str, float]:
         """Standard deviations of what bends, and of the noise of a run; SI."""
-        bends, noise = (np.exp(0.5 * self._process.kernel_.theta[[0, -1]]) * self._unit).tolist()
-        return [CovarianceNumber("bends", bends), CovarianceNumber("noise", noise)]
+        sizes = (np.exp(0.5 * self._process.kernel_.theta[[0, -1]]) * self._unit).tolist()
+        return dict(zip(("bends", "noise"), sizes, strict=True))
 
     @cached_property
     def _process(self) -> "GaussianProcessRegressor":
@@ -401,12 +401,12 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
         ],
         "axes_not_used": [{"name": name, "reason": reason} for name, reason in runs.axes_not_used.items()],
         "runs_too_coarse": runs.too_coarse,
-        "inputs": [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in runs.inputs],
+        "inputs": [asdict(varied) for varied in runs.inputs],
         "level": CONFIDENCE,
         "covariance": {
             "kernel": KERNEL,
-            "lengths_over_ranges": [asdict(each) for each in surrogate.lengths],
-            "deviations": [asdict(each) for each in surrogate.deviations],
+            "lengths_over_ranges": [{"name": name, "value": length} for name, length in surrogate.lengths.items()],
+            "deviations": [{"name": name, "value": size} for name, size in surrogate.deviations.items()],
         },
         "intervals": {"scale": surrogate.scale, "degrees_of_freedom": surrogate.degrees_of_freedom},
         "left_out": {
@@ -414,7 +414,7 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
             "runs": [
                 {
                     "run": id,
-                    "at": dict(zip([each.name for each in runs.inputs], place, strict=True)),
+                    "at": dict(zip(runs.names, place, strict=True)),
                     "computed": value,
                     "predicted": predicted,
                     "interval": interval,
@@ -435,3 +435,25 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
 
 def _errors(left: LeftOut) -> dict[str, float]:
     return {"rms": left.rms, "largest": left.largest, "explained": left.explained, "coverage": left.coverage}
+
+
+def draw_left_out(surrogate: Surrogate, file: Path) -> Path:
+    """Draw each run as predicted from the others, over what was computed, into a file whose ending is its format.
+
+    Raises InvalidInput.
+    """
+    format = file.suffix.removeprefix(".").lower()
+    if format not in FORMATS:
+        raise InvalidInput([Finding("--plot", str(file), ", ".join(FORMATS), "end it in .png")])
+    from matplotlib.figure import Figure
+
+    runs, predicted = surrogate.runs, surrogate.left_out.predicted
+    factor = display_of(runs.unit).factor
+    figure = Figure(figsize=(5.0, 5.0), layout="constrained")
+    axes = figure.subplots()
+    x, y, bars = (factor * column for column in (runs.values, predicted.values, predicted.intervals))
+    axes.plot([x.min(), x.max()], [x.min(), x.max()], color="#888888", linewidth=0.8)
+    axes.errorbar(x, y, bars, fmt="o", markersize=4, capsize=2)
+    label = with_unit(runs.quantity.replace("_", " "), runs.unit)
+    axes.set(xlabel=f"{label}, computed", ylabel="predicted from the other runs, 95 % interval")
+    return write_atomically(file, lambda part: figure.savefig(part, format=format))

@@ -22,7 +22,7 @@ from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeCode, RangeStatus, Reason
 from studies.laws._shot import Shot
-from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words
+from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words, without_markup
 from studies.laws.predicted import critical, unmeasured
 from studies.laws.targets import shot_from, shot_of, target_of
 from studies.quantities.findings import nearest_cure, refusal
@@ -114,8 +114,8 @@ class Law:
     name: str
     title: str
     quantity: str  # "hole_diameter": a measurement, or what ``predicted`` lists
-    equation: str  # as published, with its units
-    latex: str = ""  # the same for pages, formulas between dollar signs; empty: the equation as it is
+    latex: str = ""  # the equation as published, with its units, for pages: formulas between dollar signs
+    equation: str = ""  # the same as plain text; stated where ``latex`` has fractions or roots, or is empty
     source: str
     confidence: str  # how well equation and constants are known: a word of studies.materials.CONFIDENCES
     range: Range
@@ -134,6 +134,9 @@ class Law:
     meaningless: Callable[[Shot, str], Reason | None] = lambda shot, variant: None  # why it has no answer
     # For laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing.
     wider_than_projectile: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "equation", self.equation or without_markup(self.latex))
 
     def evaluate(self, shot: Shot, variant: str = "") -> LawValue:
         """The law's answer for one shot, with one of its variants."""
@@ -192,7 +195,7 @@ def _plain(limit: Limit) -> dict[str, Plain]:
     }
 
 
-def without_hardness(shot: Shot, variant: str = "") -> Reason | None:
+def without_hardness(shot: Shot, variant: str) -> Reason | None:
     """For the laws with the Brinell hardness of the target: the reason where the material states none."""
     if not math.isnan(shot.brinell_hardness):
         return None

@@ -1,6 +1,7 @@
 """The words of a law's range: what catalogue, command line, cube and reports print of its limits and of reasons."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 
 from studies.laws._range import Code, Limit, Range, Reason
@@ -41,6 +42,17 @@ def limit_in_latex(limit: Limit) -> str:
 def in_words(reasons: Iterable[Reason]) -> str:
     """Why an answer is outside of the range, or there is none; empty without a reason."""
     return "; ".join(f"{_reason(reason)} ({reason.source})" if reason.source else _reason(reason) for reason in reasons)
+
+
+def without_markup(latex: str) -> str:
+    r"""An equation without fractions and roots as plain text.
+
+    >>> without_markup(r"$D/d = 2.4 (\rho_p/\rho_t)^{-0.5} (t/d)^{2/3}$, $D_{\text{min}}$ in cm")
+    'D/d = 2.4 (rho_p/rho_t)^-0.5 (t/d)^(2/3), D_min in cm'
+    """
+    text = re.sub(r"\\text{(.*?)}", r"\1", latex.replace("$", ""))
+    text = re.sub(r"[\^]{([^{}]*/[^{}]*)}", r"^(\1)", text)
+    return re.sub(r"[\\{}]", "", text)
 
 
 def _with_source(limit: Limit) -> str:

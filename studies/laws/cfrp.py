@@ -36,10 +36,6 @@ LAW = Law(
     name="cfrp",
     title="Ryan and Christiansen (CFRP)",
     quantity="crater_depth",
-    equation=(
-        "p/d = 0.62 (rho_p/rho_t)^(1/2) (v cos(theta))^(2/3) (2011), 0.52 rho_p^(1/2) "
-        "(v cos(theta))^(2/3) (2009), rho_p in g/cm3, v in km/s"
-    ),
     latex=(
         r"$p/d = 0.62 (\rho_p/\rho_t)^{1/2} (v \cos(\theta))^{2/3}$ (2011), $0.52 \rho_p^{1/2} (v \cos(\theta))^{2/3}$ "
         r"(2009), $\rho_p$ in g/cm3, $v$ in km/s"

@@ -28,7 +28,6 @@ LAW = Law(
     name="charters_summers",
     title="Charters and Summers",
     quantity="crater_depth",
-    equation="p/d = 2.28 (rho_p/rho_t)^(2/3) (v/C)^(2/3), C: bulk sound speed of the target",
     latex=r"$p/d = 2.28 (\rho_p/\rho_t)^{2/3} (v/C)^{2/3}$, $C$: bulk sound speed of the target",
     source="Summers and Charters (1959), Third Symposium on Hypervelocity Impact",
     confidence="cross-checked",

@@ -30,7 +30,6 @@ LAW = Law(
     name="christiansen_steel",
     title="Christiansen (steel 15-5PH)",
     quantity="crater_depth",
-    equation="p = 0.345 d^(19/18) (rho_p/rho_t)^(1/2) (v cos(theta))^(2/3), p, d in cm, v in km/s",
     latex=r"$p = 0.345 d^{19/18} (\rho_p/\rho_t)^{1/2} (v \cos(\theta))^{2/3}$, $p$, $d$ in cm, $v$ in km/s",
     source=f"Christiansen et al. (2009), {HANDBOOK}, Eq. 4-10, with the constant of Eq. 4-12",
     confidence="verified",

@@ -36,10 +36,6 @@ LAW = Law(
     name="cour_palais",
     title="Cour-Palais (aluminium)",
     quantity="crater_depth",
-    equation=(
-        "p = 5.24 d^(19/18) H^(-1/4) (rho_p/rho_t)^(1/2) (v cos(theta)/C)^(2/3), p, d in cm, H: BHN; "
-        "exponent 2/3 of rho_p/rho_t from 1.5 on"
-    ),
     latex=(
         r"$p = 5.24 d^{19/18} H^{-1/4} (\rho_p/\rho_t)^{1/2} (v \cos(\theta)/C)^{2/3}$, $p$, $d$ in cm, $H$: BHN; "
         r"exponent $2/3$ of $\rho_p/\rho_t$ from 1.5 on"

@@ -28,7 +28,6 @@ LAW = Law(
     name="cour_palais_ti",
     title="Cour-Palais (titanium)",
     quantity="crater_depth",
-    equation="p/d = 5.24 H^(-1/4) (rho_p/rho_t)^(1/2) (v/C)^(2/3), H: BHN",
     latex=r"$p/d = 5.24 H^{-1/4} (\rho_p/\rho_t)^{1/2} (v/C)^{2/3}$, $H$: BHN",
     source=f"{RYAN}, 245, Eq. 11; {HANDBOOK}, Eq. 4-7",
     confidence="verified",

@@ -37,8 +37,8 @@ def _ratio(shot: Shot, variant: str) -> float:
     return float(diameter / shot.projectile_diameter)
 
 
-def _without_plate(shot: Shot, variant: str = "") -> Reason | None:
-    return without_hardness(shot) if shot.plate_thickness else Reason(Code.PLATE)
+def _without_plate(shot: Shot, variant: str) -> Reason | None:
+    return without_hardness(shot, variant) if shot.plate_thickness else Reason(Code.PLATE)
 
 
 LAW = Law(

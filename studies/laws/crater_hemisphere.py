@@ -22,7 +22,6 @@ LAW = Law(
     name="crater_hemisphere",
     title="Hemisphere, D = 2 p",
     quantity="crater_diameter",
-    equation="D = 2 p, p by Charters and Summers",
     latex=r"$D = 2 p$, $p$ by Charters and Summers",
     source="Ma (2005), section 1.2.1: p/D tends to 0.5 with the speed",
     confidence="indicative",

@@ -26,7 +26,6 @@ LAW = Law(
     name="crater_two_thirds",
     title="2/3 law (constant fitted to one copper shot)",
     quantity="crater_depth",
-    equation="p/d = c rho_p^(1/3) v^(2/3), c = 0.431 fitted, rho_p in g/cm3, v in km/s",
     latex=r"$p/d = c \rho_p^{1/3} v^{2/3}$, $c = 0.431$ fitted, $\rho_p$ in g/cm3, $v$ in km/s",
     source=(
         "Ma (2005), Eq. 1-2; c fitted here to the experiment of its Table 3.3 (0.5 g copper sphere "

@@ -34,10 +34,6 @@ LAW = Law(
     name="fish_summers",
     title="Perforation, Fish and Summers",
     quantity="perforation_thickness",
-    equation=(
-        "t = K rho_p^0.148 m^0.352 v^0.875, t in cm, m in g, rho_p in g/cm3, v in km/s; "
-        "K = 0.54 (2024-T3), 0.52 (1100-O)"
-    ),
     latex=(
         r"$t = K \rho_p^{0.148} m^{0.352} v^{0.875}$, $t$ in cm, $m$ in g, $\rho_p$ in g/cm3, $v$ in km/s; $K = 0.54$ "
         "(2024-T3), $0.52$ (1100-O)"

@@ -31,10 +31,6 @@ LAW = Law(
     name="glass",
     title="Ryan and Christiansen (glass)",
     quantity="crater_depth",
-    equation=(
-        "p = c d^(19/18) rho_p^(1/2) (v cos(theta))^(2/3), p, d in cm, rho_p in g/cm3, v in km/s; "
-        "c = 0.53 (fused silica), 0.758 (fused quartz)"
-    ),
     latex=(
         r"$p = c d^{19/18} \rho_p^{1/2} (v \cos(\theta))^{2/3}$, $p$, $d$ in cm, $\rho_p$ in g/cm3, $v$ in km/s; "
         "$c = 0.53$ (fused silica), $0.758$ (fused quartz)"

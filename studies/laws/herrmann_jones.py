@@ -29,10 +29,6 @@ LAW = Law(
     name="herrmann_jones",
     title="Herrmann and Jones",
     quantity="crater_depth",
-    equation=(
-        "p/d = 0.6 (rho_p/rho_t)^(2/3) ln[1 + (rho_p/rho_t)^(2/3) rho_t v^2 / (4 H)], "
-        "H: Brinell hardness of the target as a pressure"
-    ),
     latex=(
         r"$p/d = 0.6 (\rho_p/\rho_t)^{2/3}$ $\ln[1 + (\rho_p/\rho_t)^{2/3} \rho_t v^2 / (4 H)]$, $H$: Brinell hardness "
         "of the target as a pressure"

@@ -32,10 +32,6 @@ LAW = Law(
     name="hill",
     title="Hill",
     quantity="hole_diameter",
-    equation=(
-        "D/d = 2.8 (rho_p/rho_t)^-0.035 (v/C_t)^0.335 (v/C_p)^0.113 (t/d)^0.516 + 0.6, "
-        "C_t, C_p: sound speeds of target and projectile"
-    ),
     latex=(
         r"$D/d = 2.8 (\rho_p/\rho_t)^{-0.035} (v/C_t)^{0.335}$ $(v/C_p)^{0.113} (t/d)^{0.516} + 0.6$, $C_t$, $C_p$: "
         "sound speeds of target and projectile"

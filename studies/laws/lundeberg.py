@@ -28,7 +28,6 @@ LAW = Law(
     name="lundeberg",
     title="Lundeberg, Stern and Bristow",
     quantity="hole_diameter",
-    equation=("D/d = 3.4 (t/d)^(1/3) (v/C)^(1/3) (1 - 0.0308 rho_t/rho_p), C: bulk sound speed of the target"),
     latex=r"$D/d = 3.4 (t/d)^{1/3} (v/C)^{1/3}$ $(1 - 0.0308 \rho_t/\rho_p)$, $C$: bulk sound speed of the target",
     source="Lundeberg, Stern and Bristow (1965), NASA CR-54201",
     confidence="cross-checked",

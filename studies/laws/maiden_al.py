@@ -22,7 +22,6 @@ LAW = Law(
     name="maiden_al",
     title="Maiden (aluminium)",
     quantity="hole_diameter",
-    equation="D/d = 0.45 v (t/d)^(2/3) + 0.90, v in km/s",
     latex=r"$D/d = 0.45 v (t/d)^{2/3} + 0.90$, $v$ in km/s",
     source=(
         "Ma (2005), Eq. 1-3, after Maiden, Gehring and McMillan (1963), GM-DRL TR-63-225, and "

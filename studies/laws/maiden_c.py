@@ -23,7 +23,6 @@ LAW = Law(
     name="maiden_c",
     title="Maiden (sound speed)",
     quantity="hole_diameter",
-    equation="D/d = 2.40 (v/C) (t/d)^(2/3) + 0.90, C: bulk sound speed of the target",
     latex=r"$D/d = 2.40 (v/C) (t/d)^{2/3} + 0.90$, $C$: bulk sound speed of the target",
     source=("Maiden, Gehring and McMillan (1963), GM-DRL TR-63-225: general form of Ma (2005), Eq. 1-3"),
     confidence="cross-checked",

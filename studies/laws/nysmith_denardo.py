@@ -27,7 +27,6 @@ LAW = Law(
     name="nysmith_denardo",
     title="Nysmith and Denardo",
     quantity="hole_diameter",
-    equation="D/d = 0.88 (rho_p v)^0.5 (t/d)^0.45, rho_p in g/cm3, v in km/s",
     latex=r"$D/d = 0.88 (\rho_p v)^{0.5} (t/d)^{0.45}$, $\rho_p$ in g/cm3, $v$ in km/s",
     source="Nysmith and Denardo (1969), NASA TN D-5492",
     confidence="cross-checked",

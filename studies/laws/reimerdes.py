@@ -33,7 +33,6 @@ LAW = Law(
     name="reimerdes",
     title="Reimerdes (aluminium)",
     quantity="crater_depth",
-    equation="p = 0.42 m^0.352 rho_p^(1/6) v^(2/3), p in cm, m in g, rho_p in g/cm3, v in km/s",
     latex=r"$p = 0.42 m^{0.352} \rho_p^{1/6} v^{2/3}$, $p$ in cm, $m$ in g, $\rho_p$ in g/cm3, $v$ in km/s",
     source=SOURCE,
     confidence="verified",

@@ -26,7 +26,6 @@ LAW = Law(
     name="sawle",
     title="Sawle",
     quantity="hole_diameter",
-    equation="D/d = 3.2 [(rho_p/rho_t) (v/C)]^0.22 (t/d)^(2/3) + 1, C: bulk sound speed of the target",
     latex=r"$D/d = 3.2 [(\rho_p/\rho_t) (v/C)]^{0.22} (t/d)^{2/3} + 1$, $C$: bulk sound speed of the target",
     source="Sawle (1969), AIAA paper 69-378",
     confidence="cross-checked",

@@ -24,7 +24,6 @@ LAW = Law(
     name="schonberg",
     title="Schonberg",
     quantity="hole_diameter",
-    equation="D/d = 2.794 (v/C)^0.962 (t/d)^0.895 + 1.120, C: bulk sound speed of the target",
     latex=r"$D/d = 2.794 (v/C)^{0.962} (t/d)^{0.895} + 1.120$, $C$: bulk sound speed of the target",
     source="Schonberg (1988), fit to tests of the Marshall Space Flight Center at normal impact",
     confidence="cross-checked",

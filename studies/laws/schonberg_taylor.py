@@ -24,7 +24,6 @@ LAW = Law(
     name="schonberg_taylor",
     title="Schonberg and Taylor",
     quantity="hole_diameter",
-    equation="D_min/d = 2.698 (v/C)^0.689 (t/d)^0.708 + 0.93, C: bulk sound speed of the target",
     latex=r"$D_{\text{min}}/d = 2.698 (v/C)^{0.689} (t/d)^{0.708} + 0.93$, $C$: bulk sound speed of the target",
     source="Schonberg and Taylor (1989), NASA CR-4343 and AIAA Journal 27",
     confidence="cross-checked",

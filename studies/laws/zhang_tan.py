@@ -31,7 +31,7 @@ def smallest_speed(thickness_ratio: float) -> float:
     return 1e3 * (1.0 + 1.0 / (1.66**2 * thickness_ratio))
 
 
-def _too_slow(shot: Shot, variant: str = "") -> Reason | None:
+def _too_slow(shot: Shot, variant: str) -> Reason | None:
     smallest = smallest_speed(shot.thickness_ratio)
     if shot.speed >= smallest:
         return None
@@ -42,7 +42,6 @@ LAW = Law(
     name="zhang_tan",
     title="Zhang and Tan",
     quantity="hole_diameter",
-    equation="D/d = 1.66 (v - 1)^0.5 (t/d)^0.5, v in km/s",
     latex=r"$D/d = 1.66 (v - 1)^{0.5} (t/d)^{0.5}$, $v$ in km/s",
     source=(
         "Ma (2005), Eq. 1-4: Zhang Deliang and Tan Qingming (1989), after Zhang and Huang (2000), "
@@ -56,7 +55,7 @@ LAW = Law(
             "computed from the equation",
             names=("v >= 1 + 0.363 / (t/d) km/s",),
             is_derived=True,
-            check=lambda limit, shot: _too_slow(shot),
+            check=lambda limit, shot: _too_slow(shot, ""),
         ),
         stated("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
     ),

@@ -12,7 +12,6 @@ such shots are listed and drawn, and nothing is compared with them.
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import Any
 
 from studies.observations.table import (
     ABOVE,
@@ -28,7 +27,7 @@ from studies.observations.table import (
     yes_or_no,
 )
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
-from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.parameters import Parameter, Plain, Value, parse_value
 from studies.quantities.units import readable
 
 LONG_COLUMNS = ("quantity", "value", "uncertainty")  # of a long table
@@ -59,18 +58,14 @@ class Observation:
     note: str = ""
     bounds: RangeBounds | None = None  # of what was published as a range alone
 
-    def document(self, allowed: "AllowedNames") -> dict[str, Any]:
+    def document(self, allowed: "AllowedNames") -> dict[str, Plain]:
         """The shot as a row that ``read_observations`` reads as itself."""
         unit = allowed.quantities[self.quantity]
-        row: dict[str, Any] = {
-            name: written(value, allowed.parameters[name].unit) for name, value in self.parameters.items()
-        }
+        row = {name: written(value, allowed.parameters[name].unit) for name, value in self.parameters.items()}
         value = written(self.value, unit) if self.bounds is None else written_bounds(self.bounds, unit)
-        row |= {"quantity": self.quantity, "value": value}
-        if self.uncertainty is not None:
-            row["uncertainty"] = written(self.uncertainty, unit)
-        texts = {"source": self.source, "confidence": self.confidence, "note": self.note}
-        return row | {name: text for name, text in texts.items() if text}
+        row |= {"quantity": self.quantity, "value": value, "uncertainty": written(self.uncertainty, unit)}
+        row |= {name: getattr(self, name) for name in TEXT_COLUMNS}
+        return {name: cell for name, cell in row.items() if name in self.parameters or cell not in (None, "")}
 
 
 @dataclass(frozen=True)
@@ -100,7 +95,7 @@ def is_name(raw: object) -> bool:
     return isinstance(raw, str) and bool(raw.strip()) and not set("\n,") & set(raw.strip())
 
 
-def written(value: Value, unit: str | None) -> Any:
+def written(value: Value, unit: str | None) -> Value:
     """A value as a person writes it: a quantity with its unit, everything else unchanged."""
     if unit is None or unit == "1" or value is None:
         return value
@@ -142,25 +137,27 @@ def read_observations(raw: object, allowed: AllowedNames, path: str = "observati
 class _Cell:
     """What stands in a column of a row."""
 
-    raw: Any
+    raw: Plain
     unit: str | None  # of the column
     where: str
 
 
-def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> list[Observation]:
+def _observations(row: Mapping[str, Plain], allowed: AllowedNames, where: str) -> list[Observation]:
     """The shots of a row, one for each measured quantity; raises InvalidInput with every finding in it."""
     findings = Findings()
+    measurable = {name + end for name in allowed.quantities for end in ("", UNCERTAINTY)}
+    columns = {*allowed.parameters, *measurable, *OWN_COLUMNS}
     cells: dict[str, _Cell] = {}
     parameters: dict[str, Value] = {}
     inexact: list[str] = []  # parameters that are stated with an uncertainty, for the note
 
-    def read(heading: str, raw: Any) -> None:
-        name, unit = heading_of(heading, _columns(allowed), where)
+    def read(heading: str, raw: Plain) -> None:
+        name, unit = heading_of(heading, columns, where)
         if name in cells:
             raise refusal(f"{where}.{name}", heading, "each column once", "remove one of the two")
         text = raw.strip() if isinstance(raw, str) else raw
         cell = cells[name] = _Cell(None if is_nothing(raw) else text, unit, f"{where}: {name}")
-        if name not in OWN_COLUMNS and not _is_measured(name, allowed):
+        if name not in OWN_COLUMNS and name not in measurable:
             parameters[name], note = _parameter(name, cell, allowed)
             inexact.extend([note] if note else [])
 
@@ -186,17 +183,6 @@ def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> 
     return shots or []
 
 
-def _columns(allowed: AllowedNames) -> Collection[str]:
-    """The names that a column may have."""
-    measured = [name + end for name in allowed.quantities for end in ("", UNCERTAINTY)]
-    return {*allowed.parameters, *measured, *OWN_COLUMNS}
-
-
-def _is_measured(name: str, allowed: AllowedNames) -> bool:
-    """Whether a column of a wide table has a measured quantity, or its uncertainty."""
-    return name in allowed.quantities or name.removesuffix(UNCERTAINTY) in allowed.quantities
-
-
 def _missing(cells: Mapping[str, _Cell], measured: Sequence[str], where: str) -> Iterator[Finding]:
     """A finding for each thing that a row needs and does not have."""
     needed = ("source",) if measured else ("quantity", "value", "source")
@@ -220,7 +206,7 @@ def _parameter(name: str, cell: _Cell, allowed: AllowedNames) -> tuple[Value, st
         return None, ""
     if parameter.kind == "material" and isinstance(cell.raw, str) and cell.raw.endswith(UNKNOWN_ALLOY):
         return cell.raw, ""
-    return exact(parameter, cell.raw, cell.unit, cell.where, materials=allowed.materials)
+    return exact(parameter, cell.raw, cell.unit, cell.where, allowed.materials)
 
 
 def _checked(
@@ -233,8 +219,8 @@ def _checked(
     """The shots of a row whose columns are complete; raises InvalidInput with every finding."""
     texts = {name: _text(name, cells.get(name)) for name in TEXT_COLUMNS}
     findings = Findings()
-    columns: list[tuple[Any, str]] = [(name, name) for name in measured]
-    for quantity, column in columns or [(cells["quantity"].raw, "value")]:
+    columns: list[tuple[Plain, str]] = [(name, name) for name in measured] or [(cells["quantity"].raw, "value")]
+    for quantity, column in columns:
         if not isinstance(quantity, str) or quantity not in allowed.quantities:
             cure = nearest_cure(quantity, allowed.quantities)
             raise refusal(cells["quantity"].where, quantity, "what the scenario measures", cure)
@@ -267,9 +253,8 @@ def _size(
     The uncertainty stands in the cell or in the column ``beside`` it. One that is about a number ("~6.7") has none but
     that of the column: nothing is tested by it.
     """
-    plus_minus = (
-        None if beside is None or beside.raw is None else _number(beside, stated(beside.raw, beside.unit).value, unit)
-    )
+    is_beside = beside is not None and beside.raw is not None
+    plus_minus = _number(beside, stated(beside.raw, beside.unit).value, unit) if beside and is_beside else None
     if cell.raw is None:
         return None
     if quantity.endswith(OUTCOMES) and not isinstance(cell.raw, float):
@@ -293,7 +278,7 @@ def _size(
     return value, plus_minus, None, about
 
 
-def _number(cell: _Cell, raw: Any, unit: str) -> float:
+def _number(cell: _Cell, raw: Plain, unit: str) -> float:
     """A number of a cell, SI: zero or more."""
     size = Parameter(name=cell.where, kind="quantity", unit=unit, meaning="", minimum=0.0)
     value = parse_value(size, raw, cell.where)

@@ -11,15 +11,15 @@ import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Any
+from typing import TypeGuard
 
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
-from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.parameters import Parameter, Plain, Value, parse_value
 from studies.quantities.units import is_number
 
-Rows = list[tuple[str, Mapping[str, Any]]]  # each with its place: "observations, line 3", "observations[2]"
+Rows = list[tuple[str, Mapping[str, Plain]]]  # each with its place: "observations, line 3", "observations[2]"
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
 MOST_LINES = 10 * MOST_ROWS  # lines of a text, with empty lines and remarks
@@ -72,7 +72,7 @@ def rows_of(raw: object, path: str, columns: str = "", texts: Collection[str] = 
     return _with_points(rows, texts)
 
 
-def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Plain]]]:
     """The lines of a CSV text without empty lines and remarks, which begin with #."""
     lines = list(islice(io.StringIO(text.removeprefix("\ufeff"), newline=None), MOST_LINES + 1))
     if len(lines) > MOST_LINES:
@@ -81,23 +81,25 @@ def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]
     separator = _separator(lines, path)
     header: list[str] | None = None
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True, strict=True)
-    for cells in _cells(reader, path):
-        where = f"{path}, line {reader.line_num}"
-        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith(("#", "sep=")):
-            continue
-        if header is None:
-            header = _header(cells, where)
-        elif any(cell.strip() for cell in cells[len(header) :]) or len(cells) < len(header):
-            limit = f"{len(header)} cells parted by a {SEPARATORS[separator]}, as in the heading"
-            comma = ", and a number that has a decimal comma" if separator == "," else ""
-            raise refusal(
-                where, f"{len(cells)} cells", limit, f"quote a text that has a {SEPARATORS[separator]}{comma}"
-            )
-        else:
+    try:
+        for cells in reader:
+            where = f"{path}, line {reader.line_num}"
+            if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith(("#", "sep=")):
+                continue
+            if header is None:
+                header = _header(cells, where)
+                continue
+            if any(cell.strip() for cell in cells[len(header) :]) or len(cells) < len(header):
+                limit = f"{len(header)} cells parted by a {SEPARATORS[separator]}, as in the heading"
+                comma = ", and a number that has a decimal comma" if separator == "," else ""
+                cure = f"quote a text that has a {SEPARATORS[separator]}{comma}"
+                raise refusal(where, f"{len(cells)} cells", limit, cure)
             row = dict(zip(header, cells, strict=False))
             if row.pop("", "").strip():
                 raise refusal(where, cells[header.index("")], "a heading above each cell", "name the column")
             yield where, row
+    except csv.Error as error:
+        raise refusal(f"{path}, line {reader.line_num}", str(error), "CSV text", "correct this line") from None
     if header is None:
         raise refusal(path, "no header", "a header and a row a shot", "leave observations out")
 
@@ -112,19 +114,16 @@ def _separator(lines: Sequence[str], path: str) -> str:
         if not text.strip('",;\t ') or text.lstrip('"').startswith("#"):
             continue
         outside = re.sub(r'"[^"]*"|\[[^\[\]]*\]|\([^()]*\)', "", text)
-        there = [each for each in SEPARATORS if each in outside.strip("\t ")] or [
-            each for each in SEPARATORS if each in outside
-        ]
+        found = [mark for mark in SEPARATORS if mark in outside]
+        there = [mark for mark in found if mark in outside.strip("\t ")] or found
         if len(there) > 1:
-            there = [each for each in there if all(_HEADING.fullmatch(part.strip(' "')) for part in text.split(each))]
+            there = [mark for mark in there if all(_HEADING.fullmatch(part.strip(' "')) for part in text.split(mark))]
         if len(there) == 1:
             return there[0]
         where = f"{path}, line {number}"
-        names = [name for each, name in SEPARATORS.items() if each in outside]
-        if names:
-            raise refusal(
-                where, f"{' and '.join(names)} in the heading", "one separator", "part the cells by one of them"
-            )
+        if found:
+            names = " and ".join(SEPARATORS[mark] for mark in found)
+            raise refusal(where, f"{names} in the heading", "one separator", "part the cells by one of them")
         if _HEADING.fullmatch(text.strip('"')) is None:
             limit = "a heading whose cells are parted by a comma, a semicolon or a tab"
             raise refusal(where, text, limit, "save the table as CSV")
@@ -143,31 +142,21 @@ def _header(cells: Sequence[str], where: str) -> list[str]:
     return header
 
 
-def _cells(reader: Any, path: str) -> Iterator[list[str]]:
-    try:
-        yield from reader
-    except csv.Error as error:
-        where = f"{path}, line {reader.line_num}"
-        raise refusal(where, str(error), "CSV text", "correct this line") from None
-
-
 def _with_points(rows: Rows, texts: Collection[str]) -> Rows:
     """The rows with decimal points in the place of commas; raises InvalidInput where a comma may be something else."""
     commas, unclear, points = None, None, None
-    for where, row in rows:
-        for heading, cell in row.items():
-            if not _is_of_numbers(heading, cell, texts):
-                continue
-            for number in _DIGITS.findall(cell):
-                if "," in number and (number.count(",") > 1 or "." in number):
-                    raise refusal(f"{where}: {heading}", cell, "a number without a separator of thousands", "remove it")
-                place = f"{where}: {heading}", cell
-                if "," not in number:
-                    points = points or place
-                elif len(number.partition(",")[2]) == 3 and number[0] not in "0," and number.index(",") < 4:
-                    unclear = unclear or place
-                else:
-                    commas = commas or place
+    cells = [(f"{where}: {heading}", heading, cell) for where, row in rows for heading, cell in row.items()]
+    of_numbers = [(place, cell) for place, heading, cell in cells if _is_of_numbers(cell, heading, texts)]
+    for place, cell in of_numbers:
+        for number in _DIGITS.findall(cell):
+            if "," in number and (number.count(",") > 1 or "." in number):
+                raise refusal(place, cell, "a number without a separator of thousands", "remove it")
+            if "," not in number:
+                points = points or (place, cell)
+            elif len(number.partition(",")[2]) == 3 and number[0] not in "0," and number.index(",") < 4:
+                unclear = unclear or (place, cell)
+            else:
+                commas = commas or (place, cell)
     if (commas or unclear) and points:
         limit = f"decimal points or decimal commas, and not both: {points[1].strip()!r} is in {points[0]}"
         raise refusal(*(commas or unclear or points), limit, "write decimal points")
@@ -175,21 +164,16 @@ def _with_points(rows: Rows, texts: Collection[str]) -> Rows:
         raise refusal(*unclear, "a number that is not a thousand as well", "write a decimal point, or no comma")
     if not commas:
         return rows
-    return [
-        (
-            where,
-            {
-                heading: _DIGITS.sub(lambda number: number[0].replace(",", "."), cell)
-                if _is_of_numbers(heading, cell, texts)
-                else cell
-                for heading, cell in row.items()
-            },
-        )
-        for where, row in rows
-    ]
+
+    def pointed(heading: str, cell: Plain) -> Plain:
+        if not _is_of_numbers(cell, heading, texts):
+            return cell
+        return _DIGITS.sub(lambda number: number[0].replace(",", "."), cell)
+
+    return [(where, {heading: pointed(heading, cell) for heading, cell in row.items()}) for where, row in rows]
 
 
-def _is_of_numbers(heading: object, cell: object, texts: Collection[str]) -> bool:
+def _is_of_numbers(cell: Plain, heading: str, texts: Collection[str]) -> TypeGuard[str]:
     return isinstance(cell, str) and heading not in texts and _OF_NUMBERS.match(cell) is not None
 
 
@@ -226,13 +210,10 @@ class FindingsOfRows:
     def check(self) -> None:
         """Raise InvalidInput with an error for each column, if there are any."""
         if self.columns:
-            each = [
-                Finding(
-                    f"{self._places(places)}{first.field.removeprefix(places[0])}", first.value, first.limit, first.cure
-                )
+            raise InvalidInput(
+                replace(first, field=f"{self._places(places)}{first.field.removeprefix(places[0])}")
                 for first, places in self.columns.values()
-            ]
-            raise InvalidInput(each)
+            )
 
     def _places(self, places: Sequence[str]) -> str:
         """ "observations, lines 3, 4, 5 and 7 more", or "observations[2] (and [3], [4] and 7 more)"."""
@@ -253,7 +234,7 @@ class FindingsOfRows:
 class Stated:
     """What a cell says of a number, as texts with their units."""
 
-    value: Any = None
+    value: Plain = None
     plus_minus: str | None = None
     bounds: tuple[str | None, str | None] | None = None  # of a range, or of one that is open
     about: str = ""  # the cell, where it is no exact number
@@ -262,7 +243,7 @@ class Stated:
 def heading_of(heading: object, known: Collection[str], where: str) -> tuple[str, str | None]:
     """The name of a column and its unit: of "speed [km/s]", "Speed (km/s)" or "speed / km/s"; raises InvalidInput."""
     match = _HEADING.fullmatch(heading.strip()) if isinstance(heading, str) else None
-    units = [each.strip() for each in match.groups()[1:] if each is not None] if match else []
+    units = [unit.strip() for unit in match.groups()[1:] if unit is not None] if match else []
     if match is None or "" in units:
         raise refusal(f"{where}: {shown(heading)}", heading, "name [unit]", "write 'speed [km/s]'")
     name = re.sub("[ -]", "_", match[1])
@@ -278,7 +259,7 @@ def is_nothing(cell: object) -> bool:
     return cell is None or (is_number(cell) and math.isnan(cell))
 
 
-def stated(cell: Any, unit: str | None) -> Stated:
+def stated(cell: Plain, unit: str | None) -> Stated:
     """What a cell says of a number in a column of a unit.
 
     >>> stated("18.3 ± 0.4", "mm")
@@ -310,7 +291,7 @@ def stated(cell: Any, unit: str | None) -> Stated:
 def _both(sides: Sequence[str], unit: str | None) -> tuple[str | None, str | None]:
     """Two numbers, of which one may leave the unit to the other."""
     units = [match[2].strip() for side in sides if (match := _PART.fullmatch(side.strip()))]
-    own = next((each for each in reversed(units) if each), unit)
+    own = next(filter(None, reversed(units)), unit)
     first, second = (_part(side, own) for side in sides)
     return first, second
 
@@ -323,12 +304,14 @@ def _part(text: str, unit: str | None) -> str | None:
     return f"{match[1]} {match[2].strip() or unit or ''}".strip()
 
 
-def exact(parameter: Parameter, cell: Any, unit: str | None, where: str, **options: Any) -> tuple[Value, str]:
+def exact(
+    parameter: Parameter, cell: Plain, unit: str | None, where: str, materials: Collection[str] = ()
+) -> tuple[Value, str]:
     """The value of a parameter, and the cell where it is no exact number; raises InvalidInput, of a range too."""
     if parameter.kind == "boolean" and isinstance(cell, str):
         return parse_value(parameter, YES_OR_NO.get(cell.strip().lower(), cell), where), ""
     if parameter.kind not in ("quantity", "integer"):
-        return parse_value(parameter, cell.strip() if isinstance(cell, str) else cell, where, **options), ""
+        return parse_value(parameter, cell.strip() if isinstance(cell, str) else cell, where, materials=materials), ""
     number = stated(cell, unit)
     if number.bounds is not None:
         raise refusal(where, cell, f"one value, {parameter.limit()}", "write the value that is to be compared")
@@ -339,9 +322,9 @@ def exact(parameter: Parameter, cell: Any, unit: str | None, where: str, **optio
     return value, number.about and f"{parameter.name} {number.about}"
 
 
-def yes_or_no(cell: Any, where: str) -> bool:
+def yes_or_no(cell: Plain, where: str) -> bool:
     """Whether a cell says yes, or P for perforated; raises InvalidInput."""
-    word = str(int(cell) if is_number(cell) or isinstance(cell, bool) else cell).strip().lower()
+    word = str(int(cell) if isinstance(cell, int | float) else cell).strip().lower()
     if word not in YES_OR_NO:
         raise refusal(where, cell, "yes or no, or P or NP", nearest_cure(cell, ("yes", "no", "P", "NP")))
     return YES_OR_NO[word]

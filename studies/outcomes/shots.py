@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -26,7 +27,7 @@ MOST_STRETCHES = 4  # of an axis with one outcome each, that a headline lists
 
 def outcomes_part(source: Source) -> Part | None:
     """The section; None where no run has an outcome."""
-    quantities = tuple(each for each in outcomes_of(source.points) if each.shots)
+    quantities = tuple(told for told in outcomes_of(source.points) if told.shots)
     if not quantities:
         return None
     units = {name: source.points[name].attrs.get("units") for name in axes_of(source.points)}
@@ -53,7 +54,7 @@ def _shots(points: xr.Dataset, name: str) -> Iterator[ShotOutcome]:
             shot = tuple((axis, value) for axis, value in place.items() if axis not in OF_MODEL)
             shots.setdefault(shot, []).append(computed)
     for shot, ways in shots.items():
-        said = {each.outcome for each in ways}
+        said = {way.outcome for way in ways}
         yield ShotOutcome(dict(shot), ways[0].outcome if len(said) == 1 else None, tuple(ways))
 
 
@@ -69,7 +70,7 @@ def _computed(points: xr.Dataset, name: str) -> Iterator[ComputedWay | None]:
         says = None if math.isnan(value) else bool(value > 0.5)
         # Several grids have left it open where their finest says so.
         doubting = () if refined else flagged if says is None else doubting_flags(value, flagged)
-        model: Place = {axis: each for axis, each in place.items() if axis in OF_MODEL}
+        model: Place = {axis: value for axis, value in place.items() if axis in OF_MODEL}
         computed = ComputedWay(model, None if doubting else says, says, doubting, str(told), found)
         yield computed if has_run and (says is not None or flagged or told) else None
 
@@ -105,7 +106,7 @@ def headline(outcomes: QuantityOutcomes, units: dict[str, str | None], speed: fl
     varied = [name for name in units if len({shot.at.get(name) for shot in shots}) > 1]
     axis = varied[0] if len(varied) == 1 and units[varied[0]] else ""
     counts = Counter(shot.outcome for shot in shots)
-    held = [each.found for shot in shots if shot.outcome is False for each in shot.computed]
+    held = [way.found for shot in shots if shot.outcome is False for way in shot.computed]
     opening = OutcomesOpening(
         of=outcomes,
         speed=speed,
@@ -120,8 +121,8 @@ def headline(outcomes: QuantityOutcomes, units: dict[str, str | None], speed: fl
 
 
 def _stretches(shots: Sequence[ShotOutcome], axis: str) -> tuple[OutcomeStretch, ...]:
-    ordered = sorted(((float(shot.at[axis]), shot.outcome) for shot in shots), key=lambda each: each[0])
-    groups = [(outcome, [at for at, _ in several]) for outcome, several in groupby(ordered, key=lambda each: each[1])]
+    ordered = sorted(((float(shot.at[axis]), shot.outcome) for shot in shots), key=itemgetter(0))
+    groups = [(outcome, [at for at, _ in several]) for outcome, several in groupby(ordered, key=itemgetter(1))]
     if len(groups) > MOST_STRETCHES:
         return ()
     return tuple(OutcomeStretch(outcome, (along[0], along[-1])) for outcome, along in groups)

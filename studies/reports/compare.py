@@ -1,6 +1,5 @@
 """Simulation, laws and observations side by side: everything that a report says about agreement."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import xarray as xr
@@ -8,9 +7,8 @@ import xarray as xr
 from studies.cubes import reading
 from studies.cubes.points import main_quantities, points_of
 from studies.reports.judgement import judgements_of
-from studies.reports.matched import matched_observations
+from studies.reports.matched import matched_observations, measured_shots
 from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Mixed, Unchecked
-from studies.reports.shots import measured_shots
 
 
 @dataclass(frozen=True)
@@ -33,24 +31,20 @@ def compare(cube: xr.Dataset) -> Comparison:
         judgements_of(points, name, [shot for shot in observations if shot.is_alike and shot.quantity == name])
         for name in main_quantities(points)
     ]
+    # What was not checked once for the quantities that share it.
+    unchecked: dict[Unchecked, tuple[str, ...]] = {}
+    for one in (one for _, several in judged for one in several):
+        alike = replace(one, quantities=())
+        unchecked[alike] = unchecked.get(alike, ()) + one.quantities
     return Comparison(
         points=points,
         observations=tuple(observations),
         judgements=tuple(judgement for judgements, _ in judged for judgement in judgements),
         shots=tuple(shot for name in main_quantities(points) for shot in measured_shots(points, name, observations)),
-        unchecked=_shared([each for _, unchecked in judged for each in unchecked]),
+        unchecked=tuple(replace(one, quantities=names) for one, names in unchecked.items()),
         mixed=tuple(
             Mixed(name, tuple(versions))
             for name in reading.quantities_of(cube)
             if (versions := reading.mixed_versions(cube, name))
         ),
     )
-
-
-def _shared(every: Sequence[Unchecked]) -> tuple[Unchecked, ...]:
-    """What was not checked, once for the quantities that share it."""
-    found: dict[Unchecked, tuple[str, ...]] = {}
-    for each in every:
-        alike = replace(each, quantities=())
-        found[alike] = found.get(alike, ()) + each.quantities
-    return tuple(replace(each, quantities=names) for each, names in found.items())

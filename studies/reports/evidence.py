@@ -129,7 +129,7 @@ def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = 
     if not answers.is_in(points, quantity):
         return
     some = {} if shots is None else {"observation": list(shots)}
-    found, ranged, why = (each.of(points, quantity).isel(some) for each in (answers, inside, reasons))
+    found, ranged, why = (variable.of(points, quantity).isel(some) for variable in (answers, inside, reasons))
     codes = status.of(points, quantity).isel(some)
     labels = [str(label) for label in cubes.LAW_LABEL.of(points, quantity).values]
     scatters = dict(zip(labels, map(float, cubes.LAW_SCATTER.of(points, quantity).values), strict=True))
@@ -153,7 +153,7 @@ def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = 
 
 def _ranges(points: xr.Dataset, quantity: str) -> Iterator[StatedRange]:
     """The range that each law of a quantity states."""
-    bounds = [each.of(points, quantity).values for each in (*cubes.LAW_SPEEDS, *cubes.LAW_THICKNESS_RATIOS)]
+    bounds = [bound.of(points, quantity).values for bound in (*cubes.LAW_SPEEDS, *cubes.LAW_THICKNESS_RATIOS)]
     for is_stated, *ends in zip(cubes.LAW_HAS_RANGE.of(points, quantity).values, *bounds, strict=True):
         slowest, fastest, thinnest, thickest = (reading.finite(float(end)) for end in ends)
         yield StatedRange(bool(is_stated), (slowest, fastest), (thinnest, thickest))

@@ -10,12 +10,10 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Refined, axes_of, by_run, is_same, main_quantities, places_of, refined, refinements_of
 from studies.cubes.variable import SYMBOLS
-from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.evidence import Evidence
 from studies.reports.figure import (
@@ -33,10 +31,11 @@ from studies.reports.figure import (
     Panel,
     Scale,
     Series,
+    is_cut,
     numbers,
 )
 from studies.reports.judgement import full_title, nearest, short_names
-from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Place, Where
+from studies.reports.records import Judgement, MatchedObservation, MeasuredShot, Where
 from studies.reports.view import (
     MOST_PANELS,
     PREFERRED,
@@ -59,6 +58,9 @@ WINDOW = "settled_window"  # the parameter: time over which growth is judged
 MOST_HISTORIES = 8  # lines in one panel
 MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
+# A history has dipped where it is below this share of an earlier value. Copper, 8 mm on 2 mm, 2 km/s, 32 cells: the
+# plug, 18 mm behind the plate, is off at 14 us and on at 15 us.
+DIP = 0.5
 
 
 def figures(comparison: Comparison, names: Sequence[str]) -> tuple[Figure, ...]:
@@ -69,7 +71,7 @@ def figures(comparison: Comparison, names: Sequence[str]) -> tuple[Figure, ...]:
     if (other := second_axis(view)) is not None:
         drawn = [figure for name in names for figure in _maps(view, other, name, comparison)]
     else:
-        drawn = [against_laws(each, name, comparison) for name in names for each in views]
+        drawn = [against_laws(view, name, comparison) for name in names for view in views]
         # Lengths in diameters, behind a switch.
         drawn += [in_diameters(view, name, comparison) for name in names if view.is_length(name)]
     return tuple(_with_cut_bars(figure) for figure in drawn if any(panel.series for panel in figure.panels))
@@ -85,14 +87,18 @@ def of_runs(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
 
 def _with_cut_bars(figure: Figure) -> Figure:
     """With a sentence on the bars that the frame cuts."""
-    bars = [
-        (value, bar)
+    bars = sum(
+        value is not None and is_cut(value, bar)
         for panel in figure.panels
         for series in panel.series
         for value, bar in zip(series.y, series.outer or series.uncertainty, strict=False)
-        if value is not None
-    ]
-    return replace(figure, caption=f"{figure.caption} {captions.of_cut_bars(bars)}".rstrip())
+    )
+    return replace(figure, caption=f"{figure.caption} {_caption('cut', bars=bars)}".rstrip())
+
+
+def _caption(name: str, **told: int) -> str:
+    """The caption of a figure by its template: what points, bars and lines are."""
+    return in_words(text_template(f"captions/{name}.txt"), **told)
 
 
 # ---- points, laws and measured shots -------------------------------------------------------------
@@ -114,12 +120,20 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
         )
         for piece in view.slices
     )
-    kinds: set[str] = {series.kind for panel in panels for series in panel.series}
+    kinds = {series.kind for panel in panels for series in panel.series}
+    valued = np.isfinite(view.succeeded(name))
     over = "" if view.abscissa.name == PREFERRED else f"_over_{view.abscissa.name}"
     return Figure(
         name=f"{name}_laws{over}",
         title=f"{words(name).capitalize()} against {view.abscissa.label}",
-        caption=captions.of_laws(view, name, kinds),
+        caption=_caption(
+            "laws",
+            points=int(valued.sum()),
+            unknown=int((valued & np.isnan(view.error_bars(name))).sum()),
+            has_laws="law" in kinds,
+            has_gaps="missing" in kinds,
+            left_out=view.left_out,
+        ),
         x=view.abscissa,
         y=view.scale_of(name),
         panels=panels,
@@ -138,12 +152,12 @@ def _in_colour(comparison: Comparison, name: str) -> list[str]:
         if at.at == shot.point and at.law is not None and shot.ends[0] <= at.law <= shot.ends[1]
     }
     first = [*reaching] if len(reaching) == 1 else []
-    return list(dict.fromkeys([*first, *(each.law for each in laws)]))[:NEAREST]
+    return list(dict.fromkeys([*first, *(law.law for law in laws)]))[:NEAREST]
 
 
 def _nearest(comparison: Comparison, name: str) -> list[Judgement]:
     """The laws of a quantity, nearest to the simulation first."""
-    return nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
+    return nearest([law for law in comparison.judgements if law.quantity == name], "simulation")
 
 
 def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
@@ -179,11 +193,19 @@ def growth(view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {words(name)} during the runs",
-        caption=captions.of_growth(view, name, values),
+        caption=_caption(
+            "growth", refined=bool(view.refinements), dips=name.startswith("hole_diameter") and any(map(_dips, values))
+        ),
         x=Scale("time", "time", "s"),
         y=view.scale_of(name),
         panels=tuple(panels),
     )
+
+
+def _dips(history: np.ndarray) -> bool:
+    """Whether a history falls below a share of a value before it."""
+    known = history[np.isfinite(history)]
+    return bool((known < DIP * np.maximum.accumulate(known)).any())
 
 
 def _window(view: FigureView, cell: int, times: np.ndarray) -> Numbers:
@@ -262,15 +284,12 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
         if shot.quantity == name and all(shot.point[axis] == value for axis, value in piece.at.items()):
             x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
             shots[x, shot.value, shot.lower, shot.upper] = x, shot
-    for each in comparison.observations:
-        if (
-            each.quantity == name
-            and each.where is not Where.ELSEWHERE
-            and view.abscissa.name in each.at
-            and _meets(each.at, piece.at)
-        ):
-            x = each.at[view.abscissa.name]
-            shots.setdefault((x, each.value, each.lower, each.upper), (x, each))
+    for seen in comparison.observations:
+        near = (axis in seen.at and is_same(seen.at[axis], value, NEAR) for axis, value in piece.at.items())
+        is_here = seen.quantity == name and seen.where is not Where.ELSEWHERE and view.abscissa.name in seen.at
+        if is_here and all(near):
+            x = seen.at[view.abscissa.name]
+            shots.setdefault((x, seen.value, seen.lower, seen.upper), (x, seen))
     if not shots:
         return
     mine = [(x, shot, _norm_of(view, name, shot)) for x, shot in shots.values()]
@@ -285,10 +304,6 @@ def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison)
         notes=tuple(shot.source for _, shot, _ in mine),
         connected=False,
     )
-
-
-def _meets(at: Place, axes: Place) -> bool:
-    return all(axis in at and is_same(at[axis], value, NEAR) for axis, value in axes.items())
 
 
 def _norm_of(view: FigureView, name: str, shot: MeasuredShot | MatchedObservation) -> float:
@@ -365,10 +380,10 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_convergence",
         title=f"{words(name).capitalize()} against the size of a cell",
-        caption=in_words(
-            text_template("captions/convergence.txt"),
+        caption=_caption(
+            "convergence",
             offsets=any(_several_offsets(point) for point in shown[:1]),
-            extrapolated=any(point.converged.verdict == "converging" for point in shown),
+            extrapolated=any(map(_is_converging, shown)),
             left_out=len(valued) > len(shown),
         ),
         x=Scale("spacing", "cell size / projectile diameter", "1"),
@@ -378,7 +393,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
                 title_of(view.dataset, places[point.number]),
                 places[point.number],
                 tuple(_of_point(point)),
-                _verdict(point.converged),
+                # With the order where there is one: "converging, order 1.3".
+                f"{point.converged.verdict}{f', order {point.converged.order:.2g}' if _is_converging(point) else ''}",
             )
             for point in shown
         ),
@@ -386,10 +402,8 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     )
 
 
-def _verdict(converged: Convergence) -> str:
-    """The verdict, with the order where there is one: "converging, order 1.3"."""
-    order = f", order {converged.order:.2g}" if converged.verdict == "converging" else ""
-    return converged.verdict + order
+def _is_converging(point: Refined) -> bool:
+    return point.converged.verdict == "converging"
 
 
 def _several_offsets(point: Refined) -> bool:
@@ -404,8 +418,13 @@ def _of_point(point: Refined) -> Iterator[Series]:
         low, high = (converged.value + sign * converged.uncertainty for sign in (-1.0, 1.0))
         coarsest = max(level.spacing for level in converged.levels)
         yield Series("band", ERROR_BAR, (0.0, coarsest), low=(low,) * 2, high=(high,) * 2, in_range=(True,) * 2)
-    if converged.verdict == "converging":
-        yield _trend(converged)
+    if _is_converging(point):
+        # f(0) + C h^p from nothing to the third finest resolution, through the two finest.
+        fine, _, coarse = [level for level in converged.levels if level.values][:3]
+        sizes = np.linspace(0.0, coarse.spacing, TREND_POINTS)
+        at_zero, order = converged.extrapolated, converged.order
+        trend = at_zero + (fine.value - at_zero) * (sizes / fine.spacing) ** order
+        yield Series("trend", TREND, tuple(sizes.tolist()), tuple(trend.tolist()))
     if _several_offsets(point):
         finite = np.isfinite(point.values)
         x, y = point.spacings[finite].tolist(), point.values[finite].tolist()
@@ -417,13 +436,5 @@ def _of_point(point: Refined) -> Iterator[Series]:
         tuple(level.value for level in levels),
         numbers(level.scatter for level in levels),
     )
-    if converged.verdict == "converging":
+    if _is_converging(point):
         yield Series("limit", EXTRAPOLATED, (0.0,), (converged.extrapolated,), connected=False)
-
-
-def _trend(converged: Convergence) -> Series:
-    """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
-    fine, _, coarse = [level for level in converged.levels if level.values][:3]
-    x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
-    y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** converged.order
-    return Series("trend", TREND, tuple(x.tolist()), tuple(y.tolist()))

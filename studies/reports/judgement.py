@@ -6,8 +6,6 @@ Made in one place, from the evidence of a cube; templates put it into words.
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,6 +16,7 @@ from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
 from studies.reports.evidence import DEFINITION, FIRST_HAND, MESH, MODEL, NO_SIZE, Evidence, LawAnswers, answers_of
 from studies.reports.matched import interpolate
 from studies.reports.records import (
+    IN_RANGE,
     Code,
     Judgement,
     MatchedObservation,
@@ -46,17 +45,16 @@ def judgements_of(
     found += [_judged(name, names[law.label], "simulation", _beside_points(evidence, law), law) for law in laws]
     if not found:
         return (), ()
-    compared = {each.law for each in found if each.compared}
+    compared = {law.law for law in found if law.compared}
     recalled = [law.title for law in laws if CAVEATS.get(law.confidence) and law.label in compared]
     has_scatter = any(math.isfinite(law.scatter) for law in laws)
     unchecked = tuple(_unchecked(evidence, shots, has_scatter, dict.fromkeys(recalled)))
     return tuple(sorted(found, key=_rank)), unchecked
 
 
-def _rank(each: Judgement) -> tuple[Any, ...]:
+def _rank(law: Judgement) -> tuple[bool, bool, bool, float]:
     """Nearest first; behind those that are compared those that are not, and those that are drawn alone."""
-    far = float("inf") if each.low is None else each.worst
-    return each.reference != "observation", bool(each.drawn_only), not each.compared, far
+    return law.reference != "observation", bool(law.drawn_only), not law.compared, law.worst
 
 
 def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judgement]:
@@ -64,12 +62,12 @@ def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judge
 
     Where flags keep every value from being compared these are the laws beside the flagged values.
     """
-    mine = [each for each in judgements if each.reference == reference and each.law != SIMULATION]
-    mine = [each for each in mine if not each.drawn_only and each.low is not None]
-    some = [each for each in mine if each.compared]
-    mine = some or [each for each in mine if each.reason is Reason.FLAGGED]
-    most = max((each.compared for each in mine), default=0)
-    return sorted(mine, key=lambda each: (2 * each.compared < most, each.worst))
+    mine = [law for law in judgements if law.reference == reference and law.law != SIMULATION]
+    mine = [law for law in mine if not law.drawn_only and law.low is not None]
+    some = [law for law in mine if law.compared]
+    mine = some or [law for law in mine if law.reason is Reason.FLAGGED]
+    most = max((law.compared for law in mine), default=0)
+    return sorted(mine, key=lambda law: (2 * law.compared < most, law.worst))
 
 
 # ---- point by point ------------------------------------------------------------------------------
@@ -146,32 +144,26 @@ def _point(
     """
     difference = finite(float(law / reference - 1.0)) if reference else None
     bar = _zero(abs(uncertainty / reference)) if reference else 0.0
-    judged = PointJudgement(
+    outcome, deciding = Outcome.NOT_COMPARABLE, set[str]()
+    if status in IN_RANGE and not unjudged and tests and difference is not None:
+        # What lies between the value and what another failure makes of it is as possible as both.
+        reached = {name for name, share in moved if min(0.0, share) - bar <= difference <= max(0.0, share) + bar}
+        missed = {name for name, share in moved if abs(difference - share) > bar}
+        outcome, deciding = (Outcome.LOW if difference < 0.0 else Outcome.HIGH), reached
+        if abs(difference) <= bar:
+            outcome, deciding = Outcome.WITHIN, missed
+    return PointJudgement(
         at=at,
         law=finite(float(law)),
         reference=None if reference is None else finite(float(reference)),
         difference=difference,
         bar=bar if tests else None,
-        outcome=Outcome.NOT_COMPARABLE,
+        outcome=outcome,
         status=status,
         outside=outside,
         unjudged=unjudged,
-        hangs_on=(),
+        hangs_on=tuple(name for name, _ in moved if name in deciding),
     )
-    if judged.state != "judged" or not tests or difference is None:
-        return judged
-    outcome = Outcome.WITHIN if abs(difference) <= bar else Outcome.LOW if difference < 0.0 else Outcome.HIGH
-    # What lies between the value and what another failure makes of it is as possible as both.
-    deciding = [
-        failure
-        for failure, share in moved
-        if (
-            abs(difference - share) > bar
-            if outcome is Outcome.WITHIN
-            else min(0.0, share) - bar <= difference <= max(0.0, share) + bar
-        )
-    ]
-    return replace(judged, outcome=outcome, hangs_on=tuple(deciding))
 
 
 # ---- over all points -----------------------------------------------------------------------------

@@ -1,19 +1,29 @@
-"""Matched observations: observed shots, each with the simulation interpolated to its parameters."""
+"""Measured shots beside the simulation: those of the sweep's own table, and those that ship and repeat a point."""
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from studies import materials, observations
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, error_bars, is_same, places_of, plain, simulated
+from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, is_same, places_of, plain, simulated
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
-from studies.reports.records import MatchedObservation, Where
+from studies.observations import UNKNOWN_ALLOY, Observation
+from studies.quantities.findings import InvalidInput
+from studies.reports.evidence import FIRST_HAND
+from studies.reports.records import Doubt, MatchedObservation, MeasuredShot, StatedShot, Where
+from studies.reports.wording import words
+from studies.sweeps.reading import published_shots
 
+NEAR = 0.10  # relative: a shot is like a point where no number that both state differs by more
 A_RANGE = "a range alone is published: nothing is compared with it"
 LINEAR = "linear between neighbouring runs"
 
@@ -86,10 +96,10 @@ def interpolate(dataset: xr.Dataset, name: str, at: Place) -> Interpolated:
     axes = axes_of(dataset)
     absent = [axis for axis in axes if axis not in at]
     if absent:
-        return Interpolated(math.nan, math.nan, f"the shot does not state {_listed(absent)}", Where.UNKNOWN)
+        return Interpolated(math.nan, math.nan, f"the shot does not state {words(', '.join(absent))}", Where.UNKNOWN)
     other = [name for name in at if name not in axes and _is_another(dataset, name, at[name])]
     if other:
-        return Interpolated(math.nan, math.nan, f"the shot has another {_listed(other)}", Where.ELSEWHERE)
+        return Interpolated(math.nan, math.nan, f"the shot has another {words(', '.join(other))}", Where.ELSEWHERE)
     try:
         sides = _sides_of(dataset, axes, at)
     except LookupError as error:
@@ -109,15 +119,9 @@ def interpolate(dataset: xr.Dataset, name: str, at: Place) -> Interpolated:
     return Interpolated(value, math.hypot(weighted, bent), LINEAR + barred)
 
 
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(name.replace("_", " ") for name in names)
-
-
 def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
     """Whether the shot states a value for something fixed that no run of the sweep has."""
-    if name not in dataset:
-        return False
-    return not any(is_same(plain(value), wanted) for value in dataset[name].values.ravel())
+    return name in dataset and not any(is_same(plain(value), wanted) for value in dataset[name].values.ravel())
 
 
 Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and places around the shot
@@ -139,7 +143,7 @@ def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[flo
         if is_same(value, wanted):
             return [(1.0, place)]
     if isinstance(wanted, str) or not values.min() < wanted < values.max():
-        raise LookupError(f"the shot lies outside the axis {_listed([axis])}", Where.BEYOND_AXES)
+        raise LookupError(f"the shot lies outside the axis {words(axis)}", Where.BEYOND_AXES)
     above = int(np.searchsorted(values, wanted))
     share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
     return [(1.0 - share, above - 1), (share, above)]
@@ -174,3 +178,89 @@ def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -
         return 0.5 * abs(float(rise)) * 4.0 * below * above
     # (x - x0) (x1 - x) = w (1 - w) (x1 - x0)^2
     return max(abs(float(bend)) for bend in bends) * below * above * float(x[high] - x[low]) ** 2
+
+
+# ---- shots that a point repeats --------------------------------------------------------------------
+
+
+def measured_shots(points: xr.Dataset, name: str, own: Iterable[StatedShot]) -> Iterator[MeasuredShot]:
+    """The shots of a quantity that are like a point; each once. A shot that does not state an axis is like none."""
+    unit = str(points[name].attrs["units"])
+    shots = [shot for shot in own if shot.quantity == name]
+    shots += [_of_table(shot, unit) for shot in _shipped(str(points.attrs["scenario"]), name)]
+    columns = {key: by_run(points, key) for shot in shots for key in shot.at if key in points}
+    needed = {axis for axis in axes_of(points) if axis in columns}
+    barred = points.assign({cubes.UNCERTAINTY.named(name): error_bars(points, name)})
+    places, seen = places_of(points), set()
+    for shot in shots:
+        # As exactly as a table prints them: the same shot may come from two tables.
+        rounded = {key: float(f"{value:.6g}") for key, value in shot.at.items() if isinstance(value, float)}
+        told = (shot.value, shot.lower, shot.upper, *sorted(rounded.items()))
+        near = _nearest(shot.at, columns) if needed <= shot.at.keys() else None
+        if near is None or told in seen:
+            continue
+        seen.add(told)
+        number, doubts = near
+        if shot.confidence not in FIRST_HAND:
+            doubts = (*doubts, Doubt.SECOND_HAND)
+        place = places[number]
+        # At its own values of the axes that are numbers.
+        own_place = {key: value for key, value in shot.at.items() if key in place and isinstance(value, float)}
+        value, bar, *_ = interpolate(barred, name, {**place, **own_place})
+        stated = {field.name: getattr(shot, field.name) for field in fields(StatedShot)}
+        yield MeasuredShot(**stated, point=place, doubts=doubts, simulation=finite(value), simulation_bar=finite(bar))
+
+
+def _of_table(shot: Observation, unit: str) -> StatedShot:
+    """A shot that ships, with texts and numbers of its parameters by the names of the cube."""
+    at = {
+        variable_name(key): value if isinstance(value, str) else float(value)
+        for key, value in shot.parameters.items()
+        if isinstance(value, str | float)
+    }
+    bounds = shot.bounds or (None, None)
+    return StatedShot(shot.quantity, unit, at, shot.value, shot.uncertainty, *bounds, shot.source, shot.confidence)
+
+
+@cache
+def _shipped(scenario: str, quantity: str) -> Sequence[Observation]:
+    """The shots that ship and have a quantity of a scenario."""
+    found: list[Observation] = []
+    for table in observations.names():
+        if quantity in observations.text(table):
+            with suppress(InvalidInput):  # of another scenario
+                found += [shot for shot in published_shots(table, scenario) if shot.quantity == quantity]
+    return found
+
+
+def _nearest(at: Place, columns: dict[str, np.ndarray]) -> tuple[int, tuple[Doubt, ...]] | None:
+    """The number of the point that is nearest to a shot, with the doubts about its metals; None where none is near."""
+    stated = [key for key in at if key in columns]
+    if not any(isinstance(at[key], float) for key in stated):
+        return None
+    distance = np.zeros(len(columns[stated[0]]))
+    doubts = False
+    for key in stated:
+        wanted, column = at[key], columns[key]
+        if isinstance(wanted, str):
+            kinds = [_likeness(wanted, str(own)) for own in column]
+            distance += [0.0 if kind else math.inf for kind in kinds]
+            doubts |= "metal" in kinds
+        else:
+            off = np.abs(np.asarray(column, float) - wanted)
+            scale = NEAR * abs(wanted)
+            distance += np.where(np.isnan(off), 0.0, np.where(off <= scale, off, np.inf) / (scale or 1.0))
+    number = int(np.argmin(distance))
+    return (number, (Doubt.UNKNOWN_ALLOY,) * doubts) if math.isfinite(distance[number]) else None
+
+
+def _likeness(wanted: str, own: str) -> str:
+    """How far a word of a shot is that of a run: "same", "metal" of an alloy that its source does not name, or ""."""
+    if wanted == own:
+        return "same"
+    with suppress(InvalidInput):
+        mine = materials.load(own)
+        if wanted.endswith(UNKNOWN_ALLOY):
+            return "metal" * (mine.family == wanted.removesuffix(UNKNOWN_ALLOY))
+        return "same" * (mine.alloy == materials.load(wanted).alloy)
+    return ""

@@ -9,14 +9,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from studies.quantities.findings import nearest_cure, refusal
+from studies.reports.figure import Figure
+from studies.reports.report import report_of
 
 if TYPE_CHECKING:
-    from studies.reports.figure import Figure
+    from matplotlib.figure import Figure as Drawing
 
 OF_LAWS = "_laws"  # in the name of a figure that shows laws
 
@@ -25,21 +27,21 @@ OF_LAWS = "_laws"  # in the name of a figure that shows laws
 class Figures:
     """Figures of a report; a notebook shows them, each with its caption."""
 
-    figures: tuple["Figure", ...]
+    figures: tuple[Figure, ...]
 
     def _repr_html_(self) -> str:
         return "".join(
-            f'<figure><img src="data:image/svg+xml;base64,{_svg(each)}" alt="{escape(each.title)}" '
-            f'style="background: white; max-width: 100%"><figcaption>{escape(each.caption)}</figcaption></figure>'
-            for each in self.figures
+            f'<figure><img src="data:image/svg+xml;base64,{_svg(figure)}" alt="{escape(figure.title)}" '
+            f'style="background: white; max-width: 100%"><figcaption>{escape(figure.caption)}</figcaption></figure>'
+            for figure in self.figures
         )
 
     @property
     def names(self) -> list[str]:
         """Names of the figures."""
-        return [each.name for each in self.figures]
+        return [figure.name for figure in self.figures]
 
-    def drawing(self, name: str = "") -> Any:
+    def drawing(self, name: str = "") -> "Drawing":
         """A figure as one of Matplotlib, by default the first; raises InvalidInput for an unknown name."""
         from studies.reports.drawing.canvas import drawn_in_style
         from studies.reports.drawing.charts import chart
@@ -52,7 +54,7 @@ class Figures:
         from studies.reports.drawing.charts import draw
 
         Path(folder).mkdir(parents=True, exist_ok=True)
-        return [draw(each, Path(folder) / f"{each.name}.{format}") for each in self.figures]
+        return [draw(figure, Path(folder) / f"{figure.name}.{format}") for figure in self.figures]
 
 
 @xr.register_dataset_accessor("whipple")
@@ -64,19 +66,17 @@ class CubeFigures:
 
     def plot(self) -> Figures:
         """Every figure of the report."""
-        from studies.reports.report import every_figure
-
-        return Figures(every_figure(self._cube))
+        return Figures(report_of(self._cube).head.figures)
 
     def plot_laws(self, quantity: str = "") -> Figures:
         """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""
-        every = ((each, each.name.partition(OF_LAWS)) for each in self.plot().figures)
-        drawn = [(name, each) for each, (name, word, _) in every if word]
+        every = ((figure, figure.name.partition(OF_LAWS)) for figure in self.plot().figures)
+        drawn = [(name, figure) for figure, (name, word, _) in every if word]
         wanted = _known(quantity, [name for name, _ in drawn]) if quantity else ""
-        return Figures(tuple(each for name, each in drawn if wanted in ("", name)))
+        return Figures(tuple(figure for name, figure in drawn if wanted in ("", name)))
 
 
-def _svg(figure: "Figure") -> str:
+def _svg(figure: Figure) -> str:
     from studies.reports.drawing.canvas import as_file, drawn_in_style
     from studies.reports.drawing.charts import chart
 

@@ -6,7 +6,7 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -99,11 +99,11 @@ def opening_of(points: xr.Dataset, judgements: Sequence[Judgement], shots: Seque
     if not quantities:
         return None
     # Those with laws or shots first, of these the lengths; ratios last.
-    quantities.sort(key=lambda each: (each.unit == "1", not each.is_compared, each.is_compared and each.unit != "m"))
+    quantities.sort(key=lambda told: (told.unit == "1", not told.is_compared, told.is_compared and told.unit != "m"))
     is_unknown = quantities[0].bar is None
     accuracy, seconds = _to_run(points) if is_unknown else ("", 0.0)
     varied = tuple(name for name in axes_of(points) if len(np.unique(points[name].values)) > 1)
-    with_shots = next((each.shots for each in quantities if each.shots), ())
+    with_shots = next((told.shots for told in quantities if told.shots), ())
     return Opening(tuple(quantities), varied, with_shots, accuracy, seconds)
 
 
@@ -113,32 +113,31 @@ def _of_quantity(
     computed = computed_of(points, name)
     if not computed:
         return None
-    count, bar, flagged = len(computed), _largest_bar(computed), sum(each.flagged for each in computed)
-    axes = {axis for axis in axes_of(points) if len({each.at[axis] for each in computed}) > 1}
+    count, flagged = len(computed), sum(point.flagged for point in computed)
+    bars = [point.bar / abs(point.value) for point in computed if point.bar is not None and point.value]
+    axes = {axis for axis in axes_of(points) if len({point.at[axis] for point in computed}) > 1}
     if len(axes) > 1 or count > MOST_LISTED:
         computed = [*ends_of(computed)]
-    mine = [each for each in judgements if each.quantity == name]
+    mine = [law for law in judgements if law.quantity == name]
     laws = nearest(mine, "simulation")
     return QuantityOpening(
         quantity=name,
         unit=str(points[name].attrs["units"]),
         values=tuple(computed),
-        bar=bar,
+        bar=max(bars) if len(bars) == count else None,
         points=count,
         flagged=flagged,
         laws=tuple(laws),
-        has_laws=any(each.reference == "simulation" and not each.drawn_only for each in mine),
+        has_laws=any(law.reference == "simulation" and not law.drawn_only for law in mine),
         shots=tuple(shots),
-        at_shot=tuple(each for shot in shots[:1] for each in _given(laws, shot)),
+        at_shot=tuple(
+            Given(law.name, at.law, shot.ends[0] <= at.law <= shot.ends[1])
+            for shot in shots[:1]
+            for law in laws
+            for at in law.points
+            if at.at == shot.point and at.law and not at.outside
+        ),
     )
-
-
-def _given(laws: Sequence[Judgement], shot: MeasuredShot) -> Iterator[Given]:
-    low, high = shot.ends
-    for law in laws:
-        for at in law.points:
-            if at.at == shot.point and at.law and not at.outside:
-                yield Given(law.name, at.law, low <= at.law <= high)
 
 
 def computed_of(points: xr.Dataset, name: str) -> list[Computed]:
@@ -155,18 +154,13 @@ def computed_of(points: xr.Dataset, name: str) -> list[Computed]:
 
 def ends_of(computed: Sequence[Computed]) -> tuple[Computed, Computed]:
     """The smallest and the largest value."""
-    return min(computed, key=lambda each: each.value), max(computed, key=lambda each: each.value)
+    return min(computed, key=lambda point: point.value), max(computed, key=lambda point: point.value)
 
 
 def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
     """Whether a value (points,) speaks of pieces that the mesh alone made, so that it is no answer."""
     flags = flag_words(cubes.FLAGS.of(points, name))
-    return np.array([COARSER_THAN_FRAGMENTS in each for each in flags]) & np.isfinite(points[name].values.ravel())
-
-
-def _largest_bar(computed: Sequence[Computed]) -> float | None:
-    bars = [each.bar / abs(each.value) for each in computed if each.bar is not None and each.value]
-    return max(bars) if len(bars) == len(computed) else None
+    return np.array([COARSER_THAN_FRAGMENTS in words for words in flags]) & np.isfinite(points[name].values.ravel())
 
 
 def _to_run(points: xr.Dataset) -> tuple[str, float]:
@@ -196,18 +190,18 @@ def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
 
     def along(values: Sequence[Computed]) -> str:
         axis = next(iter(opening.axes))
-        shown = (each.at[axis] for each in values)
+        shown = (point.at[axis] for point in values)
         name = "" if axis == "speed" else f"{words(axis)} "
-        return name + ", ".join(number_of(each, units[axis]) for each in shown) + unit_of(units[axis])
+        return name + ", ".join(number_of(at, units[axis]) for at in shown) + unit_of(units[axis])
 
     return worded(_template(), opening=opening, place=place, along=along)
 
 
-def _barred(each: Computed, unit: str) -> str:
+def _barred(computed: Computed, unit: str) -> str:
     """ "14.2 ± 1.0"."""
-    if not each.bar:
-        return size(each.value, unit)
-    return f"{printed_beside(each.value, unit, each.bar)} ± {printed_beside(each.bar, unit, each.bar)}"
+    if not computed.bar:
+        return size(computed.value, unit)
+    return f"{printed_beside(computed.value, unit, computed.bar)} ± {printed_beside(computed.bar, unit, computed.bar)}"
 
 
 def _measured(shot: MeasuredShot) -> str:

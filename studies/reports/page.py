@@ -6,11 +6,10 @@ number its value in full.
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
@@ -29,12 +28,14 @@ from studies.quantities.display import (
     with_unit,
 )
 from studies.quantities.measured import flags_in_words
+from studies.quantities.parameters import Plain
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import setup_sketch
-from studies.reports.figure import Figure
+from studies.reports.figure import Figure, SeriesKind
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.section import Section, sections
+from studies.reports.sections.pictures import DrawnSetUp, Picture, Pictures
 from studies.reports.view import spread
 from studies.reports.wording import environment_of, source_of, words
 
@@ -45,58 +46,82 @@ MOST_FIRST = 2  # sections on the first screen
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
 MOST_FURTHER, MOST_FURTHER_PANELS = 4, 8  # figures beside the first, and their panels
 
+Files = Mapping[str, Path]  # of sections, by run id
+FIGURES, PICTURE, PICTURES = TypeAdapter(tuple[Figure, ...]), TypeAdapter(Picture), TypeAdapter(Pictures)
+SETUP = TypeAdapter(DrawnSetUp)
+
 
 class Node:
     """A value of the document that knows its place in it (a JSON pointer)."""
 
-    def __init__(self, value: Any, path: str = ""):
+    def __init__(self, value: Plain, path: str = ""):
         self._value = value
         self._path = path
 
-    def __getitem__(self, key: Any) -> Any:
-        if isinstance(key, slice):
-            return [self[place] for place in range(len(self))[key]]
-        step = str(key).replace("~", "~0").replace("/", "~1")
-        return Node(self._value[key], f"{self._path}/{step}")
+    def __getitem__(self, key: str | int | slice) -> "Node | list[Node]":
+        """A part; of a slice a list of parts."""
+        return [*self][key] if isinstance(key, slice) else self._part(key)
 
     def __getattr__(self, name: str) -> "Node":
         try:
-            return self[name]
+            return self._part(name)
         except (KeyError, TypeError) as error:
             raise AttributeError(name) from error
 
+    def _part(self, key: str | int) -> "Node":
+        step = str(key).replace("~", "~0").replace("/", "~1")
+        return Node(self._value[key], f"{self._path}/{step}")  # type: ignore[index]
+
     def __iter__(self) -> Iterator["Node"]:
-        keys = self._value if isinstance(self._value, dict) else range(len(self._value))
-        return (self[key] for key in keys)
+        return map(self._part, self._value if isinstance(self._value, Mapping) else range(len(self)))
 
     def __len__(self) -> int:
+        assert isinstance(self._value, Mapping | Sequence)
         return len(self._value)
 
     def __bool__(self) -> bool:
         return bool(self._value)
 
 
-def bare(node: Any) -> Any:
+def bare(node: "Node | Plain") -> Plain:
     """The value of a node, for tests in a template."""
     return node._value if isinstance(node, Node) else node
 
 
+def _value(node: "Node | Plain") -> float | str | None:
+    value = bare(node)
+    assert value is None or isinstance(value, int | float | str)
+    return value
+
+
+def _number(node: "Node | Plain") -> float | None:
+    value = _value(node)
+    assert not isinstance(value, str)
+    return value
+
+
+def _text(node: "Node | Plain") -> str:
+    """A text; empty of None."""
+    value = _value(node) or ""
+    assert isinstance(value, str)
+    return value
+
+
 def number(node: Node, kind: str, bar: Node | None = None) -> Markup:
     """A number of the document on the page: in full for programs, as its kind for people, as exact as its error bar."""
-    return _marked(node, printed_beside(bare(node), kind, bare(bar)))
+    return _marked(node, printed_beside(_number(node), kind, _number(bar)))
 
 
-def quantity(node: Node, unit: Any) -> Markup:
+def quantity(node: Node, unit: Node | str) -> Markup:
     """A number (or a text) with a unit, in the unit that people read."""
-    value = bare(node)
-    return _marked(node, value if isinstance(value, str) else printed_in(value, bare(unit)))
+    value = _value(node)
+    return _marked(node, value if isinstance(value, str) else printed_in(value, _text(unit) or None))
 
 
-def _alone(node: Node, unit: Any) -> Markup:
+def _alone(node: Node, unit: Node | str) -> Markup:
     """A number (or a text) that stands alone, in the unit of its size: GPa of a modulus, MPa of a yield stress."""
-    value = bare(node)
-    text = value if isinstance(value, str) else printed_alone(value, bare(unit))
-    return _marked(node, text)
+    value = _value(node)
+    return _marked(node, value if isinstance(value, str) else printed_alone(value, _text(unit) or None))
 
 
 def _marked(node: Node, text: str) -> Markup:
@@ -105,93 +130,81 @@ def _marked(node: Node, text: str) -> Markup:
     return Markup('<data value="{}" data-path="{}">{}</data>').format(full, node._path, text)
 
 
-def _only_marked(value: Any) -> Any:
+def _only_marked(value: "Node | Plain") -> str:
     """Print texts of the document with their place, and refuse numbers: the output of ``{{ }}``."""
-    if isinstance(value, Node) and isinstance(bare(value), str):
-        return Markup('<span data-path="{}">{}</span>').format(value._path, bare(value))
-    if isinstance(value, str | Markup):
-        return value
-    raise TypeError(f"{bare(value)!r} is printed without a format: use number or quantity")
+    text = bare(value)
+    if not isinstance(text, str):
+        raise TypeError(f"{text!r} is printed without a format: use number or quantity")
+    return Markup('<span data-path="{}">{}</span>').format(value._path, text) if isinstance(value, Node) else text
 
 
-def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> str:
+def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
     """A document as one HTML file that needs no network; ``files`` are those of sections by run id, for the pictures.
 
     It prints on at most six sheets of A4, whatever the sweep: the appendix has what is left.
     """
-    every = [figure_of(each) for each in report["figures"]]
-    opening = next((number for number, figure in enumerate(every) if _says(figure)), None)
+    every = FIGURES.validate_python(report["figures"])
+    opening = next((number for number, figure in enumerate(every) if _says(figure, "law", "band", "observation")), None)
     names = [figure.name for figure in every]
     ratio_name = "" if opening is None else f"{names[opening]}_ratio"
     ratio = names.index(ratio_name) if ratio_name in names else None
     # The first figure again where the first screen does not show all of its panels.
     further = _further(every, opening)
-    shown = [section for section in sections() if section.template and section.name in report]
-    return _rendered(
-        "page.html",
-        report,
-        files,
-        shown=shown,
+    pictures = Node(report).pictures if "pictures" in report else None
+    template = environment().get_template("page.html")
+    return template.render(
+        **_shared(report, files),
+        shown=[section for section in sections() if section.template and section.name in report],
         first=_first(report),
         opening_figure=opening,
         opening_drawing="" if opening is None else charts.opening(every[opening]),
         ratio_figure=ratio,
         ratio_drawing="" if ratio is None else charts.opening(every[ratio]),
-        opening_picture=_opening_picture(Node(report)["pictures"]) if "pictures" in report else None,
-        setup_document=Node(report)["pictures"]["setup"] if "pictures" in report else None,
+        opening_picture=_opening_picture(pictures) if pictures else None,
+        setup_document=pictures.setup if pictures else None,
         further=further,
         drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
     )
 
 
-def appendix(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> str:
+def appendix(report: Mapping[str, Plain], files: Files | None = None) -> str:
     """What is left of a document: every run, its audit, all laws, grids and constants."""
-    every = [figure_of(each) for each in report["figures"]]
+    every = FIGURES.validate_python(report["figures"])
     further = [number for number, figure in enumerate(every) if figure.where == "appendix"]
-    return _rendered(
-        "appendix.html",
-        report,
-        files,
+    template = environment().get_template("appendix.html")
+    return template.render(
+        **_shared(report, files),
         shown=[section for section in sections() if section.appendix and section.name in report],
         further=further,
         drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
     )
 
 
-def _first(report: Mapping[str, Any]) -> list[Section]:
+def _first(report: Mapping[str, Plain]) -> list[Section]:
     """The sections of the first screen: that which opens the report, then by rank; values where there is no other."""
     ranked = [section for section in sections() if section.first and section.name in report]
     ranked.sort(key=lambda section: (section.name != report["opened_by"], section.rank))
     # A record says nothing where all of its lists are empty.
-    others = [section for section in ranked if not section.is_fallback and any(report[section.name].values())]
+    others = [section for section in ranked if not section.is_fallback and any(Node(report)._part(section.name))]
     return others[:MOST_FIRST] or ranked[:1]
 
 
-def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path] | None, **shown: Any) -> str:
-    runs = report.get("runs", {"runs": ()})["runs"]
-    found = {run["number"]: (files or {}).get(run["id"]) for run in runs}
-    gallery = Gallery({number: file for number, file in found.items() if file})
-    return (
-        environment()
-        .get_template(template)
-        .render(
-            report=Node(report),
-            draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
-            script=Markup(source_of("report.js")),
-            style=Markup(source_of("report.css")),
-            **shown,
-        )
-    )
+def _shared(report: Mapping[str, Plain], files: Files | None) -> Mapping[str, Node | Markup | Callable[..., Markup]]:
+    """What templates of both pages call."""
+    runs = Node(report).runs.runs if "runs" in report else ()
+    ids = (_text(run.id) for run in runs)
+    gallery = Gallery({number: files[id] for number, id in enumerate(ids) if files and id in files})
 
+    def draw(run: Node, picture: Node, *, full: bool, place: str = "") -> Markup:
+        number = int(_number(run) or 0)
+        return gallery.picture(number, PICTURE.validate_python(bare(picture)), full=full, place=place)
 
-def figure_of(plain_figure: Mapping[str, Any]) -> Figure:
-    """A figure from its place in the document: what is drawn is what report.json says."""
-    return _figures().validate_python(plain_figure)
-
-
-@cache
-def _figures() -> TypeAdapter[Figure]:
-    return TypeAdapter(Figure)
+    return {
+        "report": Node(report),
+        "draw": draw,
+        "script": Markup(source_of("report.js")),
+        "style": Markup(source_of("report.css")),
+    }
 
 
 def _sweep_text(node: Node) -> Markup:
@@ -200,17 +213,10 @@ def _sweep_text(node: Node) -> Markup:
     return Markup('<pre data-path="{}">{}</pre>').format(node._path, text)
 
 
-def _says(figure: Figure) -> bool:
-    """Whether a figure compares something or shows a course: the point of a run does neither."""
+def _says(figure: Figure, *kinds: SeriesKind) -> bool:
+    """Whether a figure of the page has series of some kinds, or more than single points."""
     series = [series for panel in figure.panels for series in panel.series]
-    return figure.where == "page" and any(
-        each.kind in ("law", "band", "observation") or len(each.x) > 1 for each in series
-    )
-
-
-def _shows_course(figure: Figure) -> bool:
-    """Whether a figure of the page has more than single points."""
-    return figure.where == "page" and any(len(each.x) > 1 for panel in figure.panels for each in panel.series)
+    return figure.where == "page" and any(line.kind in kinds or len(line.x) > 1 for line in series)
 
 
 def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
@@ -218,8 +224,8 @@ def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
     chosen: list[int] = []
     for number, figure in enumerate(figures):
         is_whole = number == opening and len(figure.panels) <= charts.OPENING["wide"][1]
-        panels = sum(len(figures[each].panels) for each in (*chosen, number))
-        if _shows_course(figure) and not is_whole and len(chosen) < MOST_FURTHER and panels <= MOST_FURTHER_PANELS:
+        panels = sum(len(figures[shown].panels) for shown in (*chosen, number))
+        if _says(figure) and not is_whole and len(chosen) < MOST_FURTHER and panels <= MOST_FURTHER_PANELS:
             chosen.append(number)
     return chosen
 
@@ -232,22 +238,19 @@ def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:
         for picture in run.pictures
         if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
     ]
-    last = [each for each in shown if each[0] is shown[-1][0]]
+    last = [pair for pair in shown if pair[0] is shown[-1][0]]
     return last[0] if last else None
 
 
-def _thumbnails(pictures: Node, kind: str) -> list[Node]:
+def _thumbnails(pictures: Iterable[Node], kind: str) -> list[Node]:
     """The pictures of a run that its thumbnails show."""
-    return [
-        picture
-        for picture in pictures
-        if bare(picture.kind) == kind and (bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind])
-    ]
+    mine = (picture for picture in pictures if bare(picture.kind) == kind)
+    return [picture for picture in mine if bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind]]
 
 
 def _compared_laws(judgements: Node) -> list[str]:
     """Names of the laws that are nearest to the simulation, without their variants."""
-    names = (bare(each.law).partition("/")[0] for each in judgements if bare(each.compared))
+    names = (_text(judgement.law).partition("/")[0] for judgement in judgements if bare(judgement.compared))
     return list(dict.fromkeys(names))[:MOST_LAWS]
 
 
@@ -261,19 +264,19 @@ def environment() -> Environment:
         number=number,
         quantity=quantity,
         document=_sweep_text,
-        kind_of=lambda unit: kind_of(bare(unit)),
-        residual_kind=lambda unit: kind_of(bare(unit), residual=True),
+        kind_of=lambda unit: kind_of(_text(unit)),
+        residual_kind=lambda unit: kind_of(_text(unit), residual=True),
         # A name as a column heading, with the unit that people read.
-        heading=lambda name, unit: with_unit(words(bare(name)), bare(unit) or "1"),
-        unit=lambda unit: display_of(bare(unit)).unit,
-        flag=lambda name: flags_in_words([bare(name)])[0],
-        keys=lambda node: list(bare(node)),
+        heading=lambda name, unit: with_unit(words(_text(name)), _text(unit) or "1"),
+        unit=lambda unit: display_of(_text(unit) or None).unit,
+        flag=lambda name: flags_in_words([_text(name)])[0],
+        keys=lambda node: list(node._value),
         evenly=lambda rows, most=MOST_POINTS: spread(list(rows), most),
         compared_laws=_compared_laws,
         troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
-        is_round_off=lambda value: is_round_off(bare(value)),
+        is_round_off=lambda value: is_round_off(_number(value)),
         alone=_alone,
-        unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
+        unit_alone=lambda value, unit: display_alone(_value(value), _text(unit) or None).unit,
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
         quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
         # Above a table that does not show all rows.
@@ -283,7 +286,7 @@ def environment() -> Environment:
     environment.globals.update(
         mesh_unknown=MESH_UNKNOWN,
         confidences=CONFIDENCES,
-        setup=lambda document: setup_sketch(bare(document)),
-        colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
+        setup=lambda document: setup_sketch(SETUP.validate_python(bare(document))),
+        colour_keys=lambda pictures: colour_keys(first_of_kinds(PICTURES.validate_python(bare(pictures)))),
     )
     return environment

@@ -1,29 +1,33 @@
-"""Pictures of runs: which runs a report shows, and what each picture says, from the cube and the stored sections.
+"""Pictures of runs and of their set-up: which runs a report shows, and what each picture says.
 
 :func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
 that ``drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their colours,
 so that runs compare.
 """
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 import xarray as xr
 
+from studies import scenarios
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
+from studies.cubes.points import axes_of, by_run, places_of, plain, refinements_of, simulated_values
+from studies.cubes.variable import variable_name
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
-from studies.reports.sections.pictures import Frame, Length, Picture, PicturedRun, Pictures, rounded_up
-from studies.reports.setup import setup_of, upward
+from studies.quantities.parameters import Value, declared
+from studies.quantities.units import readable
+from studies.reports.sections.pictures import DrawnSetUp, Frame, Length, Picture, PicturedRun, Pictures, rounded_up
 from studies.reports.view import spread, title_of
+from studies.reports.wording import words
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
@@ -70,64 +74,52 @@ class Shown:
     missing: str  # why there are no sections
     lengths: Mapping[str, float]  # measured, m, by quantity
     diameter: float  # of the projectile, m; NaN where there is none
+    sign: float  # -1 where the line of flight points up
 
 
 def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
-    setup = setup_of(dataset)
-    sign = upward(setup)
-    shown = [_shown(dataset, number, files) for number in _chosen(dataset)]
+    setup, finest, count = setup_of(dataset), _finest(dataset), dataset.run_state.size
+    chosen = spread(range(count) if count <= MOST_RUNS else finest, MOST_RUNS)
+    shown = [_shown(dataset, number, files, setup.upward if setup else 1.0) for number in chosen]
     kept = [run for run in shown if run.sections]
-    finest = _finest(dataset)
     full = [run.number for run in spread([run for run in kept if run.number in finest], MOST_FULL)]
-    frames = {kind: _frames(kept, kind, sign) for kind in ("end", "debris")}
+    frames = {kind: _frames(kept, kind) for kind in ("end", "debris")}
     limits = {kind: _limits(kept, kind) for kind in ("end", "debris")}
-    runs = []
-    for run in shown:
-        is_full = run.number in full
-        runs.append(
-            PicturedRun(
-                run=run.number,
-                title=run.title,
-                missing=run.missing or None,
-                full=is_full,
-                finest=run.number in finest,
-                pictures=tuple(_pictures(run, frames, limits, sign=sign, full=is_full)),
-            )
+    runs = tuple(
+        PicturedRun(
+            run=run.number,
+            title=run.title,
+            missing=run.missing or None,
+            full=run.number in full,
+            finest=run.number in finest,
+            pictures=tuple(_pictures(run, frames, limits, full=run.number in full)),
         )
-    return Pictures(setup, tuple(runs), dataset.run_state.size - len(runs))
+        for run in shown
+    )
+    return Pictures(setup, runs, count - len(runs))
 
 
-def first_of_kinds(document: dict[str, Any]) -> list[dict[str, Any]]:
+def first_of_kinds(pictures: Pictures) -> list[Picture]:
     """The first thumbnail of each kind, end before debris; colours are the same in all."""
-    firsts: dict[str, dict[str, Any]] = {}
-    for picture in (picture for run in document["runs"] for picture in run["pictures"]):
-        kind = picture["kind"]
-        if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:
-            firsts.setdefault(kind, picture)
+    shown = [picture for run in pictures.runs for picture in run.pictures if not picture.missing]
+    thumbnails = [picture for picture in shown if picture.field == THUMBNAIL_FIELDS[picture.kind]]
+    firsts = {picture.kind: picture for picture in reversed(thumbnails)}
     return [firsts[kind] for kind in ("end", "debris") if kind in firsts]
 
 
 # ---- which runs ----------------------------------------------------------------------------------
 
 
-def _chosen(dataset: xr.Dataset) -> tuple[int, ...]:
-    """Numbers of the runs with a thumbnail."""
-    count = dataset.run_state.size
-    return spread(range(count) if count <= MOST_RUNS else _finest(dataset), MOST_RUNS)
-
-
 def _finest(dataset: xr.Dataset) -> list[int]:
     """Numbers of the runs of the finest resolution, without offset."""
-    numbers = xr.DataArray(
-        np.arange(dataset.run_state.size).reshape(dataset.run_state.shape), dims=dataset.run_state.dims
-    )
+    numbers = dataset.run_state.copy(data=np.arange(dataset.run_state.size).reshape(dataset.run_state.shape))
     refined = refinements_of(dataset)
     last = {name: place for name, place in ((RESOLUTION, -1), (OFFSET, 0)) if name in refined}
     return [int(number) for number in numbers.isel(last).values.ravel()]
 
 
-def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown:
+def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path], sign: float) -> Shown:
     place = places_of(dataset)[number]
     sections, missing = _sections(dataset, number, files)
     values = {
@@ -143,6 +135,7 @@ def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown
         missing=missing,
         lengths={name: value for name, value in values.items() if math.isfinite(value)},
         diameter=float(by_run(dataset, diameter)[number]) if diameter in dataset else math.nan,
+        sign=sign,
     )
 
 
@@ -168,7 +161,6 @@ def _pictures(
     frames: Mapping[str, Mapping[int, Frame]],
     limits: Mapping[str, Mapping[str, tuple[float, float]]],
     *,
-    sign: float,
     full: bool,
 ) -> Iterator[Picture]:
     """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
@@ -178,16 +170,18 @@ def _pictures(
         kind = "end" if moment == END else "debris"
         section = run.sections.at(moment)
         if section is None:
-            yield Picture(kind, _why_missing(run.sections, asked))
+            end = run.sections.at(END)
+            why = f"the state at {elapsed(asked)} was not kept when the run was resumed"
+            if end and end.time < asked:
+                why = f"the run ended before {elapsed(asked)}"
+            yield Picture(kind, f"no picture: {why}")
             continue
         for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
-            picture = _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
-            yield replace(picture, sign=sign)
+            yield _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
     if full and run.sections.radiograph and (end := run.sections.at(END)):
-        frame = _frame_of_radiograph(run.sections.radiograph, sign)
+        frame = _frame_of_radiograph(run.sections.radiograph, run.sign)
         densest = float(run.sections.radiograph.density.max())
-        picture = _picture(run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest)))
-        yield replace(picture, sign=sign)
+        yield _picture(run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest)))
 
 
 def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
@@ -201,10 +195,10 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]) -> Picture:
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
-    label = field.replace("_", " ")
+    label = words(field)
     low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
     measured = "; ".join(
-        f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
+        f"{words(name)} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
     )
     scene = "Section at the end" if kind == "end" else "Section of the debris"
     if field == AREAL_DENSITY:
@@ -224,14 +218,11 @@ def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, 
         limits=limits,
         frame=frame,
         middle=_middle(run),
-        across=tuple(_length(run, name) for name in ACROSS if name in lengths),
-        along=tuple(_length(run, name) for name in ALONG if name in lengths),
+        across=tuple(Length(name, words(name), lengths[name]) for name in ACROSS if name in lengths),
+        along=tuple(Length(name, words(name), lengths[name]) for name in ALONG if name in lengths),
         alt=f"{alt}.",
+        sign=run.sign,
     )
-
-
-def _length(run: Shown, name: str) -> Length:
-    return Length(name, name.replace("_", " "), run.lengths[name])
 
 
 def _middle(run: Shown) -> float:
@@ -246,24 +237,14 @@ def _middle(run: Shown) -> float:
     return float(0.5 * (across[widest] + across[widest + 1]))
 
 
-def _why_missing(sections: Sections, asked: float) -> str:
-    """Why the state of a moment is not there."""
-    end = sections.at(END)
-    if end is not None and end.time < asked:
-        return f"no picture: the run ended before {elapsed(asked)}"
-    return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
-
-
 # ---- frames and colours --------------------------------------------------------------------------
 
 
-def _frames(runs: Sequence[Shown], kind: str, sign: float) -> dict[int, Frame]:
+def _frames(runs: Sequence[Shown], kind: str) -> dict[int, Frame]:
     """The frame of each run for a kind of picture: one for all, unless their sizes differ too much."""
-    frames = {run.number: frame for run in runs if (frame := _frame(run, kind, sign))}
-    if not frames:
-        return {}
+    frames = {run.number: frame for run in runs if (frame := _frame(run, kind))}
     widths = [frame.width for frame in frames.values()]
-    if max(widths) > SAME_SCALE * min(widths):
+    if not frames or max(widths) > SAME_SCALE * min(widths):
         return frames
     same = Frame(
         left=min(frame.left for frame in frames.values()),
@@ -274,11 +255,11 @@ def _frames(runs: Sequence[Shown], kind: str, sign: float) -> dict[int, Frame]:
     return dict.fromkeys(frames, same)
 
 
-def _frame(run: Shown, kind: str, sign: float) -> Frame | None:
+def _frame(run: Shown, kind: str) -> Frame | None:
     """The part of a run's sections that pictures of a kind show."""
     assert run.sections
-    states = [state for state in run.sections.states if (state.moment == END) == (kind == "end")]
-    states = [state for state in states if len(state.position)]
+    sign, every = run.sign, run.sections.states
+    states = [state for state in every if (state.moment == END) == (kind == "end") and len(state.position)]
     if not states:
         return None
     middle = _middle(run) if kind == "end" else 0.0
@@ -308,7 +289,7 @@ def _frame(run: Shown, kind: str, sign: float) -> Frame | None:
 def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:
     """The ends of the colours of each field, for all runs; at the end those of the body that was hit, not of debris."""
     shown = [
-        {field: values[_judged(run.sections, state)] for field, values in state.fields.items()}
+        {field: values[_coloured(run.sections, state)] for field, values in state.fields.items()}
         for run in runs
         if run.sections
         for state in run.sections.states
@@ -317,7 +298,7 @@ def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:
     return {field: _limits_of(field, shown) for field in FIELDS}
 
 
-def _judged(sections: Sections, state: Section) -> np.ndarray | slice:
+def _coloured(sections: Sections, state: Section) -> np.ndarray | slice:
     """The particles of a state whose values set the colours."""
     hit = state.body == len(sections.bodies) - 1
     return hit if state.moment == END and hit.any() else slice(None)
@@ -327,19 +308,68 @@ def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[
     moved = [state["plastic_strain"] > STRAINED for state in states]
     values = [state[field][of] for state, of in zip(states, moved, strict=True)]
     values = values if any(of.any() for of in moved) else [state[field] for state in states]
-    values = [each[np.isfinite(each)] for each in values if np.isfinite(each).any()]
+    values = [column[np.isfinite(column)] for column in values if np.isfinite(column).any()]
     if not values:
         return (0.0, 1.0)
-    lows = [np.quantile(each, [0.0, OUTLIERS]) for each in values]
-    high = float(max(np.quantile(each, 1.0 - OUTLIERS) for each in values))
+    lowest, low, high = (
+        float(of(np.quantile(column, share) for column in values))
+        for of, share in ((min, 0.0), (min, OUTLIERS), (max, 1.0 - OUTLIERS))
+    )
     if field == "pressure":
-        most = rounded_up(max(high, -float(min(low[1] for low in lows))))
+        most = rounded_up(max(high, -low))
         return (-most, most)
     if field == "temperature":
-        low = float(f"{min(low[0] for low in lows):.3g}")
+        low = float(f"{lowest:.3g}")
         return (low, max(rounded_up(high), low + 1.0))
     if field == "density":
         step = rounded_up(high / 20.0)
-        low = math.floor(float(min(low[1] for low in lows)) / step) * step
+        low = math.floor(low / step) * step
         return (low, max(math.ceil(high / step), low / step + 1.0) * step)
     return (0.0, rounded_up(high))
+
+
+# ---- the set-up ------------------------------------------------------------------------------------
+
+
+def setup_of(dataset: xr.Dataset) -> DrawnSetUp | None:
+    """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
+    values = {name: _values_of(dataset, name) for name in json.loads(dataset.attrs["vocabulary"])["parameters"]}
+    return setup(scenarios.load(dataset.attrs["scenario"]), values)
+
+
+def setup(scenario: scenarios.Scenario, values: Mapping[str, Sequence[Value]]) -> DrawnSetUp | None:
+    """The set-up of the first of the values (SI) of each parameter, as ``setup_of`` gives it."""
+    outline = scenario.parameters.outline({name: several[0] for name, several in values.items() if several})
+    if outline is None:
+        return None
+    units = {name: parameter.unit or "1" for name, parameter in declared(scenario.parameters).items()}
+    names = dict.fromkeys([d.parameter for d in outline.dimensions])
+    labels = {name: _label(units[name], values[name]) for name in (*names, "speed") if values.get(name)}
+    bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
+    materials = {
+        body: ", ".join([*map(str, values[body][:3]), *(["…"] if len(values[body]) > 3 else [])])
+        for body in bodies
+        if values.get(body)
+    }
+    spoken = [f"{words(name)} {label}" for name, label in labels.items()]
+    spoken += [f"{body} of {text}" for body, text in materials.items()]
+    return DrawnSetUp(outline, labels, materials, f"The set-up of the first run, to scale: {'; '.join(spoken)}.")
+
+
+def _values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
+    """The values of a parameter over the runs, each once, the first run's first; none where no run has it."""
+    name = variable_name(parameter)
+    if name not in dataset.variables:
+        return []
+    values = [plain(value) for value in by_run(dataset, name)]
+    return [value for value in dict.fromkeys(values) if value not in ("", "nan") and value == value]
+
+
+def _label(unit: str, values: Sequence[Value]) -> str:
+    """A length or a speed in the unit that people read, to four digits, with its range where the sweep varies it."""
+    numbers = [float(value) for value in values if value is not None]
+    low, high = (readable(float(f"{end:.4g}"), unit) for end in (min(numbers), max(numbers)))
+    if low == high:
+        return low
+    number, _, name = low.partition(" ")
+    return f"{number if high.endswith(f' {name}') else low} to {high}"

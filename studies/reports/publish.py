@@ -7,7 +7,6 @@ back from the disk, so that no answer can be in the report that is not in the fi
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import xarray as xr
 
@@ -27,30 +26,34 @@ from studies.quantities.files import (
     SWEEP_FILES,
     write_text,
 )
+from studies.quantities.parameters import Plain
 from studies.reports import report
+from studies.sweeps.reading import ACCEPTED
+from studies.sweeps.sweep import Sweep
+
+Outcomes = Mapping[str, Mapping[str, Plain]]  # of runs by their ids: the JSON of a ``RunResult``, or state and reason
 
 
 def publish(
-    sweep_document: Mapping[str, Any],
-    outcomes: Mapping[str, Mapping[str, Any]],
+    sweep_document: Mapping[str, Plain],
+    outcomes: Outcomes,
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
     places: PointsOfRuns | None = None,
 ) -> dict[str, str]:
     """Write the files of a sweep and ``runs-all.csv`` into a folder; paths by name.
 
-    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}`` of a run that left
-    none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
+    A run without an outcome is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
     ``places`` finds the runs of a sweep that another version expanded: they have other ids here.
     """
-    sweep, results = _parsed(sweep_document, outcomes)
+    sweep, results = Sweep.parse(sweep_document, ACCEPTED), results_of(outcomes)
     if places is not None:
         results = by_present_ids(sweep, results, places)
     return publish_sweep(sweep, results, Path(directory), sections=sections)
 
 
 def publish_sweep(
-    sweep: Any,
+    sweep: Sweep,
     results: Results,
     directory: Path,
     catalogue: Catalogue | None = None,
@@ -74,30 +77,20 @@ def publish_sweep(
 
 
 def write_partial(
-    sweep_document: Mapping[str, Any],
-    outcomes: Mapping[str, Mapping[str, Any]],
-    file: Path,
-    *,
-    state: str,
-    run_ids: Sequence[str] = (),
+    sweep_document: Mapping[str, Plain], outcomes: Outcomes, file: Path, *, state: str, run_ids: Sequence[str] = ()
 ) -> Path:
     """Write the cube of a sweep that has not ended; its attributes say so, with ``state``.
 
     The numbers of a run that is ``pending`` or ``running`` are NaN; with the ids of all runs, in the order of the
     sweep, it is not looked at.
     """
-    dataset = cube.build(*_parsed(sweep_document, outcomes), run_ids=run_ids)
+    dataset = cube.build(Sweep.parse(sweep_document, ACCEPTED), results_of(outcomes), run_ids=run_ids)
     comment = f"Not complete: the sweep was {state}. {dataset.attrs['comment']}"
     return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
 
 
 def write_partial_report(
-    sweep_document: Mapping[str, Any],
-    outcomes: Mapping[str, Mapping[str, Any]],
-    file: Path,
-    *,
-    state: str,
-    run_ids: Sequence[str] = (),
+    sweep_document: Mapping[str, Plain], outcomes: Outcomes, file: Path, *, state: str, run_ids: Sequence[str] = ()
 ) -> Path:
     """Write the report of a sweep that has not ended, without pictures; its title says so, with ``state``."""
     from studies.reports.page import page
@@ -111,12 +104,7 @@ def write_partial_report(
     return write_text(file, page(document))
 
 
-def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, Results]:
-    """A sweep and the results of its runs, as records."""
-    from studies.sweeps.reading import ACCEPTED
-    from studies.sweeps.sweep import Sweep
-
-    return Sweep.parse(document, ACCEPTED), results_of(outcomes)
+FORMATS = ("png", "svg", "pdf")  # of figures as files
 
 
 def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
@@ -126,6 +114,5 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     """
     from studies.reports.drawing.charts import draw
 
-    dataset = open_cube(cube_or_folder)
-    drawn = report.every_figure(dataset)
-    return [draw(each, folder / f"{each.name}.{format}") for each in drawn]
+    figures = report.report_of(open_cube(cube_or_folder)).head.figures
+    return [draw(figure, folder / f"{figure.name}.{format}") for figure in figures]

@@ -10,6 +10,7 @@ from studies.laws import RangeStatus
 
 Place = Mapping[str, float | str]  # axis -> value, SI
 Reference = Literal["simulation", "observation"]
+IN_RANGE = (RangeStatus.INSIDE, RangeStatus.FITTED)
 
 
 class Outcome(StrEnum):
@@ -50,7 +51,7 @@ class PointJudgement:
     @property
     def state(self) -> Literal["judged", "outside", "unjudged"]:
         """Whether the law is compared here."""
-        if self.status not in (RangeStatus.INSIDE, RangeStatus.FITTED):
+        if self.status not in IN_RANGE:
             return "outside"
         return "unjudged" if self.unjudged else "judged"
 
@@ -92,10 +93,8 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """The largest difference, without its sign."""
-        assert self.low is not None
-        assert self.high is not None
-        return max(-self.low, self.high)
+        """The largest difference, without its sign; infinite without any."""
+        return math.inf if self.low is None or self.high is None else max(-self.low, self.high)
 
 
 class Doubt(StrEnum):

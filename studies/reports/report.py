@@ -8,16 +8,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes.long_texts import short_texts, with_short_texts
 from studies.cubes.points import axes_of, main_quantities, plain, refinements_of
+from studies.quantities.parameters import Plain
 from studies.reports.compare import compare
 from studies.reports.document import Axis, Head, MeasuredQuantity
-from studies.reports.figure import Figure
 from studies.reports.section import Source, sections
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Report:
     records: "Mapping[str, DataclassInstance]"  # by the name of the section
     texts: Mapping[str, str]  # long texts of the cube with their short forms
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Plain]:
         """Plain objects; a text of several lines, a deck, stands by its first line and digest."""
         parts = {name: asdict(record) for name, record in self.records.items()}
         whole = with_short_texts({**asdict(self.head), **parts}, self.texts)
@@ -47,10 +47,10 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
     """Everything that the report says about a cube; ``files`` are those of sections by run id, for the pictures."""
     source = Source(dataset, compare(dataset), files or {})
     parts = [(section, part) for section in sections() if (part := section.part(source))]
-    opener = min((each for each in parts if each[1].opening), key=lambda each: each[0].rank, default=None)
+    opener = min((pair for pair in parts if pair[1].opening), key=lambda pair: pair[0].rank, default=None)
     # Those of the section that opens the report first.
-    figures = (figure for each in sorted(parts, key=lambda each: each is not opener) for figure in each[1].figures)
-    points = source.points
+    figures = (figure for pair in sorted(parts, key=lambda pair: pair is not opener) for figure in pair[1].figures)
+    points, main = source.points, main_quantities(dataset)
     head = Head(
         report_version=REPORT_VERSION,
         title=dataset.attrs["title"],
@@ -60,18 +60,16 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
         opened_by=opener[0].name if opener else "",
         axes=tuple(_axis(dataset, name) for name in axes_of(points)),
         coordinates=tuple(_axis(dataset, name) for name in axes_of(dataset)),
-        quantities=tuple(_quantities(dataset)),
+        quantities=tuple(
+            MeasuredQuantity(name, str(dataset[name].attrs["units"]), reading.meaning_of(dataset[name]), name in main)
+            for name in reading.quantities_of(dataset)
+        ),
         figures=tuple(figures),
     )
     return Report(head, {section.name: part.record for section, part in parts}, short_texts(dataset))
 
 
-def every_figure(dataset: xr.Dataset) -> tuple[Figure, ...]:
-    """The figures of a report."""
-    return report_of(dataset).head.figures
-
-
-def as_json(report: Mapping[str, Any]) -> str:
+def as_json(report: Mapping[str, Plain]) -> str:
     """The report as JSON."""
     return json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
@@ -80,11 +78,3 @@ def _axis(dataset: xr.Dataset, name: str) -> Axis:
     axis = dataset[name]
     values = tuple(dict.fromkeys(plain(value) for value in axis.values))
     return Axis(name, axis.attrs.get("units"), reading.meaning_of(axis), values, name in refinements_of(dataset))
-
-
-def _quantities(dataset: xr.Dataset) -> list[MeasuredQuantity]:
-    main = main_quantities(dataset)
-    return [
-        MeasuredQuantity(name, str(dataset[name].attrs["units"]), reading.meaning_of(dataset[name]), name in main)
-        for name in reading.quantities_of(dataset)
-    ]

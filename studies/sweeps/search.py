@@ -27,7 +27,7 @@ from studies import measurements
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import doubting_flags
-from studies.quantities.parameters import Parameter, Plain, Value, parse_value
+from studies.quantities.parameters import Parameter, Plain, parse_value
 from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
 KEYS = ("limit_of", "between", "tolerance", "until")
@@ -63,10 +63,10 @@ class Search:
     axis: str = ""  # the parameter whose limit is searched, as a user writes it
     unit: str = "1"  # SI symbol
 
-    def document(self) -> dict[str, Value]:
+    def document(self) -> dict[str, Plain]:
         """The search as a document writes it."""
         low, high, tolerance = (written(value, self.unit) for value in (self.low, self.high, self.tolerance))
-        width = {"tolerance": tolerance} if self.until is None else {"until": self.until}
+        width: dict[str, Plain] = {"tolerance": tolerance} if self.until is None else {"until": self.until}
         return {"limit_of": self.quantity, "between": [low, high], **width}
 
     def start(self, chance: Chance | None = None) -> tuple[float, ...]:

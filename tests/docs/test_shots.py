@@ -1,6 +1,6 @@
 """The table of published shots is that of today."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,7 @@ SAME = 2e-3
 CHOSEN = 2  # shots of each table: the shortest bars, and both holes
 
 
-def key(row: dict) -> tuple:
+def key(row: Mapping) -> tuple:
     return (row["table"], row["quantity"], row["observed"], *sorted(row["parameters"].items()))
 
 

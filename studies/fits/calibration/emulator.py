@@ -57,15 +57,14 @@ def emulators_of(dataset: xr.Dataset, diameter: float, quantities: list[str]) ->
 
 def _emulator(dataset: xr.Dataset, diameter: float, quantity: str) -> BarEmulator:
     runs = runs_of(dataset, quantity)
-    axes = [each.name for each in runs.inputs]
-    order = [axes.index(variable_name(name)) for name in names_of_axes()]
+    order = [runs.names.index(variable_name(name)) for name in names_of_axes()]
     places = runs.places[:, order].copy()
     initial = places[:, 6].copy() if SIZES[quantity][0] == "bar_length" else diameter
     places[:, 6] /= diameter
     chosen = [number for number, name in enumerate(names_of_axes()) if name in BY_LOGARITHM]
     places[:, chosen] = np.log(places[:, chosen])
     columns = zip(names_of_axes(), _inputs(places).T, strict=True)
-    inputs = tuple(SurrogateInput(name, "1", float(each.min()), float(each.max())) for name, each in columns)
+    inputs = tuple(SurrogateInput(name, "1", float(column.min()), float(column.max())) for name, column in columns)
     with np.errstate(invalid="ignore"):
         values = np.log(SIZES[quantity][1] * np.log(runs.values / initial) + SMALL)
     growing = still_growing(dataset)

@@ -1,7 +1,7 @@
 """The picture of a calibration: each pair of constants with the draws, and predicted over measured sizes."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +9,10 @@ from studies.fits.calibration.posterior import Posterior
 from studies.fits.calibration.prediction import LEVEL, PredictedShots
 from studies.fits.calibration.results import UNITS, values_of
 from studies.quantities.files import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
 
 DOTS = 1500  # draws that are drawn: more make one blot
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#555555")  # Okabe and Ito (2008)
@@ -20,18 +24,17 @@ def draw(posterior: Posterior, predicted: PredictedShots, file: Path) -> Path:
 
     quantities = predicted.shots.names
     figure = Figure(figsize=(15.0, 7.5), layout="constrained")
-    parts: Any = figure.subfigures(1, 2, width_ratios=(1.25, 1.0))
-    left, right = parts
+    [[left, right]] = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.25, 1.0))
     _corner(left, posterior)
     axes = right.subplots(len(quantities), 1, squeeze=False)[:, 0]
-    for each, quantity in zip(axes, quantities, strict=True):
-        _predicted(each, predicted.of(quantity), posterior.calibration.shots.lots, quantity)
+    for below, quantity in zip(axes, quantities, strict=True):
+        _predicted(below, predicted.of(quantity), posterior.calibration.shots.lots, quantity)
     axes[0].legend(fontsize="x-small", loc="upper left")
     format = file.suffix.removeprefix(".")
     return write_atomically(file, lambda part: figure.savefig(part, format=format, dpi=110))
 
 
-def _corner(figure: Any, posterior: Posterior) -> None:
+def _corner(figure: "SubFigure", posterior: Posterior) -> None:
     """Histograms of the constants, and their pairs below."""
     values = {
         name: column / 1e6 if UNITS[name] == "Pa" else column
@@ -41,21 +44,21 @@ def _corner(figure: Any, posterior: Posterior) -> None:
     thinned = slice(None, None, max(1, len(posterior.constants) // DOTS))
     for row, (below, y) in enumerate(values.items()):
         for column, (name, x) in enumerate(values.items()):
-            each = axes[row, column]
-            each.tick_params(labelsize=7, labelbottom=row == len(values) - 1, labelleft=row > column == 0)
+            cell = axes[row, column]
+            cell.tick_params(labelsize=7, labelbottom=row == len(values) - 1, labelleft=row > column == 0)
             if column > row:
-                each.set_axis_off()
+                cell.set_axis_off()
             elif column == row:
-                each.hist(x, bins=40, color="#bbbbbb")
+                cell.hist(x, bins=40, color="#bbbbbb")
                 for end in np.quantile(x, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL)):
-                    each.axvline(end, color=COLOURS[1], linewidth=0.8)
-                each.set_yticks([])
+                    cell.axvline(end, color=COLOURS[1], linewidth=0.8)
+                cell.set_yticks([])
             else:
-                each.plot(x[thinned], y[thinned], ".", markersize=1.0, color=COLOURS[0], alpha=0.4)
+                cell.plot(x[thinned], y[thinned], ".", markersize=1.0, color=COLOURS[0], alpha=0.4)
             if row == len(values) - 1:
-                each.set_xlabel(_label(name))
+                cell.set_xlabel(_label(name))
             if column == 0 and row:
-                each.set_ylabel(_label(below))
+                cell.set_ylabel(_label(below))
     figure.suptitle(f"Draws of the posterior; lines: {100 * LEVEL:g} % of them")
 
 
@@ -63,13 +66,13 @@ def _label(name: str) -> str:
     return f"{name} (MPa)" if UNITS[name] == "Pa" else name
 
 
-def _predicted(axes: Any, predicted: PredictedShots, lots: list[str], quantity: str) -> None:
+def _predicted(axes: "Axes", predicted: PredictedShots, lots: list[str], quantity: str) -> None:
     """Predicted over measured sizes of one quantity, relative to the initial size."""
     initial, ends = predicted.shots.initial, []
     for number, lot in enumerate(lots):
         mine = predicted.shots.series == lot
         measured, median, low, high = (
-            (each / initial)[mine] for each in (predicted.measured, predicted.median, predicted.low, predicted.high)
+            (sizes / initial)[mine] for sizes in (predicted.measured, predicted.median, predicted.low, predicted.high)
         )
         if mine.any():
             colour = COLOURS[number % len(COLOURS)]

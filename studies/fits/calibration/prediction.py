@@ -60,8 +60,8 @@ class PredictedShots:
 
 def chances(series: Sequence[PredictedShots]) -> tuple[float, float]:
     """The chances that no more, and that no fewer, sizes than measured are inside, of series that are as predicted."""
-    counted = sum(int(each.inside.sum()) for each in series)
-    repeated = np.sum([each.repeated.sum(axis=1) for each in series], axis=0)
+    counted = sum(int(shots.inside.sum()) for shots in series)
+    repeated = np.sum([shots.repeated.sum(axis=1) for shots in series], axis=0)
     return float(np.mean(repeated <= counted)), float(np.mean(repeated >= counted))
 
 

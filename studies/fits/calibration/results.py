@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +15,7 @@ from studies.fits.calibration.prediction import LEVEL, PredictedShots, chances
 from studies.materials import Material
 from studies.quantities.display import display_alone
 from studies.quantities.files import write_atomically, write_text
+from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 
 DRAWS_FILE, MATERIAL_FILE, SWEEP_FILE = "calibration.nc", "material.toml", "materials.yaml"
@@ -41,33 +41,32 @@ def values_of(posterior: Posterior, drawn: np.ndarray) -> dict[str, np.ndarray]:
 def dataset_of(posterior: Posterior, predicted: PredictedShots, attributes: Mapping[str, str]) -> xr.Dataset:
     """The draws and the shots that they were held against."""
     shots = posterior.calibration.shots
-    constants = values_of(posterior, posterior.constants)
-    further = np.exp(posterior.further_lots()[:, 0])
-    variables: dict[str, Any] = {
-        name: ("draw", column, {"units": UNITS[name], "long_name": f"Johnson-Cook {name}"})
-        for name, column in constants.items()
+    further, of_series = np.exp(posterior.further_lots()[:, 0]), np.exp(posterior.lots)
+    variables = {
+        name: _variable("draw", column, f"Johnson-Cook {name}{', middle of all lots' * (name == 'A')}", UNITS[name])
+        for name, column in values_of(posterior, posterior.constants).items()
     }
-    variables["A"][2]["long_name"] += ", middle of all lots"
-    stated = {"long_name": "Johnson-Cook A of a lot that was not shot", "units": "Pa"}
     variables |= {
-        "A_of_further_lot": ("draw", further, stated),
-        "A_of_series": (("draw", "series"), np.exp(posterior.lots), {"units": "Pa", "long_name": "A of each series"}),
-        "lots_deviation": _plain("draw", posterior.lots_deviation, "standard deviation of ln A between lots"),
-        "bias": _plain(("draw", "quantity"), posterior.biases, "ln of measured over computed strain"),
-        "scatter": _plain(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative"),
-        "shot_series": ("shot", shots.series),
-        "shot_quantity": ("shot", shots.quantities),
+        "A_of_further_lot": _variable("draw", further, "Johnson-Cook A of a lot that was not shot", "Pa"),
+        "A_of_series": _variable(("draw", "series"), of_series, "A of each series", "Pa"),
+        "lots_deviation": _variable("draw", posterior.lots_deviation, "standard deviation of ln A between lots"),
+        "bias": _variable(("draw", "quantity"), posterior.biases, "ln of measured over computed strain"),
+        "scatter": _variable(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative"),
+        "shot_series": xr.Variable("shot", shots.series),
+        "shot_quantity": xr.Variable("shot", shots.quantities),
     }
     columns = {"speed": (shots.speeds, "m/s"), "length_over_diameter": (shots.ratios, "1")}
     columns |= {"measured": (predicted.measured, "m"), "predicted": (predicted.median, "m")}
     columns |= {"predicted_low": (predicted.low, "m"), "predicted_high": (predicted.high, "m")}
-    variables |= {f"shot_{name}": ("shot", column, {"units": unit}) for name, (column, unit) in columns.items()}
+    variables |= {
+        f"shot_{name}": xr.Variable("shot", column, {"units": unit}) for name, (column, unit) in columns.items()
+    }
     coordinates = {"series": shots.lots, "quantity": shots.names}
     return xr.Dataset(variables, coordinates, {"level": LEVEL, **attributes})
 
 
-def _plain(dims: Any, values: np.ndarray, meaning: str) -> tuple[Any, np.ndarray, dict[str, str]]:
-    return dims, values, {"units": "1", "long_name": meaning}
+def _variable(dims: str | tuple[str, ...], values: np.ndarray, meaning: str, unit: str = "1") -> xr.Variable:
+    return xr.Variable(dims, values, {"units": unit, "long_name": meaning})
 
 
 def calibrated(material: Material, posterior: Posterior, name: str, source: str) -> Material:
@@ -95,8 +94,8 @@ def write(
     for number, drawn in enumerate(chosen, 1):
         row = values_of(posterior, posterior.further_lots()[drawn : drawn + 1])
         constants = ", ".join(
-            f"{each}: {float(column[0]) / 1e6:.4g} MPa" if UNITS[each] == "Pa" else f"{each}: {float(column[0]):.4g}"
-            for each, column in row.items()
+            f"{key}: {float(column[0]) / 1e6:.4g} MPa" if UNITS[key] == "Pa" else f"{key}: {float(column[0]):.4g}"
+            for key, column in row.items()
         )
         texts.append(f"  {name}-{number}: {{base: {material.name}, strength: {{{constants}}}}}")
     yield write_text(folder / SWEEP_FILE, "\n".join(texts) + "\n")
@@ -105,9 +104,8 @@ def write(
 def as_toml(material: Material) -> str:
     """A material as a TOML file that reads as itself."""
     lines: list[str] = []
-    document = material.document()
 
-    def table(path: str, content: Mapping[str, Any], brackets: str = "[{}]") -> None:
+    def table(path: str, content: Mapping[str, Plain], brackets: str = "[{}]") -> None:
         plain = {key: value for key, value in content.items() if not isinstance(value, Mapping | list)}
         if plain and path:
             lines.extend(["", brackets.format(path)])
@@ -117,10 +115,10 @@ def as_toml(material: Material) -> str:
             if isinstance(value, Mapping):
                 table(below, value)
             elif isinstance(value, list):
-                for each in value:
-                    table(below, each, "[[{}]]")
+                for part in value:
+                    table(below, part, "[[{}]]")
 
-    table("", document)
+    table("", material.document())
     return "\n".join(lines) + "\n"
 
 
@@ -174,7 +172,7 @@ def sentences_left_out(series: Iterable[tuple[str, PredictedShots]]) -> Iterator
             f"Without {lot}: {count} of its {total} sizes are in the {level} intervals from the other series; they are "
             f"{100.0 * predicted.offset:+.1f} % off the medians on average."
         )
-    inside = np.concatenate([each.inside for each in every])
+    inside = np.concatenate([predicted.inside for predicted in every])
     fewer, more = chances(every)
     yield (
         f"All series left out in turn: {inside.sum()} of {len(inside)} sizes are in their {level} intervals. Of series "

@@ -29,12 +29,12 @@ PREDICTED = (
 
 def unmeasured() -> Mapping[str, str]:
     """The title of each quantity that laws predict and no run measures, in the order of lists."""
-    return {each.name: each.title for each in _every()}
+    return {quantity.name: quantity.title for quantity in _every()}
 
 
 def critical() -> Mapping[str, str]:
     """The diameter that laws predict for each outcome that a run measures as 1 or 0."""
-    return {each.outcome: each.name for each in _every() if each.outcome}
+    return {quantity.outcome: quantity.name for quantity in _every() if quantity.outcome}
 
 
 def _every() -> list[Predicted]:

@@ -44,7 +44,7 @@ class Target:
 def target_of(stated: Collection[str]) -> Target:
     """The target that parameters name."""
     every: list[Target] = sorted(entries(__name__, "TARGET").values(), key=lambda target: target.place)
-    return next(each for each in every if not each.named_by or not each.named_by.isdisjoint(stated))
+    return next(target for target in every if not target.named_by or not target.named_by.isdisjoint(stated))
 
 
 def shot_of(run: Resolved) -> Shot:

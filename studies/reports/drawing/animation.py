@@ -1,7 +1,6 @@
 """The film of a run as a moving picture: GIF by Pillow, or MP4 by ffmpeg: the program, or that of imageio-ffmpeg."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -16,7 +15,7 @@ from studies.quantities.findings import MissingExtra, nearest_cure, refusal
 from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.drawing.sections import FULL, LEFT, RIGHT, SHARP, full_size
-from studies.reports.sections.pictures import Frame
+from studies.reports.sections.pictures import Frame, Picture
 
 SPEED = "speed"  # the field that is shown where none is named
 FRAMES_PER_SECOND = 10
@@ -69,11 +68,11 @@ def _find_ffmpeg() -> None:
 def _write(film: Dataset, field: str, writer: AbstractMovieWriter, file: Path) -> None:
     sections = sections_of(film)
     frame = _frame(sections)
-    unit = film[field].attrs["units"]
-    picture: dict[str, Any] = {
-        **{"field": field, "limits": _limits(sections, field), "sign": 1.0, "middle": 0.0, "across": (), "along": ()},
-        **{"label": film[field].attrs["long_name"], "unit": display_of(unit).unit, "factor": display_of(unit).factor},
-    }
+    display, label = display_of(film[field].attrs["units"]), film[field].attrs["long_name"]
+    values = np.concatenate([state.fields[field] for state in sections.states])
+    low, high = (float(end) for end in np.nanpercentile(values, (LEFT_OUT, 100.0 - LEFT_OUT)))
+    limits = low, max(high, low + 1e-12)
+    picture = Picture("film", field=field, label=label, unit=display.unit, factor=display.factor, limits=limits)
     columns = 2 * round(0.5 * SHARP * (FULL - LEFT - RIGHT))
     with drawn_in_style():
         drawing = full_size(picture, frame, np.zeros((1, 1, 4), np.uint8), above=TITLE)
@@ -82,9 +81,8 @@ def _write(film: Dataset, field: str, writer: AbstractMovieWriter, file: Path) -
         title = drawing.text(LEFT / FULL, 1.0 - GAP / (72.0 * drawing.get_figheight()), "", va="top", weight="bold")
         with writer.saving(drawing, str(file), DPI):
             for state in sections.states:
-                image.set_data(
-                    coloured(nearest(sections, state, frame, columns), state.fields[field], picture["limits"], field)
-                )
+                pixels = nearest(sections, state, frame, columns)
+                image.set_data(coloured(pixels, state.fields[field], limits, field))
                 title.set_text(elapsed(state.time))
                 writer.grab_frame()
 
@@ -97,10 +95,3 @@ def _frame(sections: Sections) -> Frame:
     left, top = (float(value) - margin for value in np.min(corners, axis=0))
     right, bottom = (float(value) + margin for value in np.max(corners, axis=0))
     return Frame(-right if sections.mirrored else left, right, top, bottom)
-
-
-def _limits(sections: Sections, field: str) -> tuple[float, float]:
-    """The values of a field with the lowest and the highest colour."""
-    values = np.concatenate([state.fields[field] for state in sections.states])
-    low, high = np.nanpercentile(values, (LEFT_OUT, 100.0 - LEFT_OUT))
-    return float(low), float(max(high, low + 1e-12))

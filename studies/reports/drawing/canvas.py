@@ -6,11 +6,11 @@ say in words what they show.
 
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import matplotlib
 from markupsafe import Markup, escape
@@ -36,14 +36,27 @@ OF_PAGES = (
 )
 
 
-LINES: Mapping[str, dict[str, Any]] = {
+class LineLook(TypedDict, total=False):
+    color: str
+    linewidth: float
+    linestyle: tuple[float, tuple[float, float]]
+
+
+class TextLook(TypedDict, total=False):
+    size: float
+    color: str
+    weight: str
+    gid: str
+
+
+LINES: Mapping[str, LineLook] = {
     "plain": {"color": SOFT, "linewidth": 0.75},
     "scale": {"color": INK, "linewidth": 1.5},
     "flight": {"color": INK, "linewidth": 1.35},
     "measured": {"color": CRIMSON, "linewidth": 1.05},
     "thin": {"color": CRIMSON, "linewidth": 0.75, "linestyle": (0, (3.0, 3.0))},
 }
-TEXTS: Mapping[str, Mapping[str, Any]] = {
+TEXTS: Mapping[str, TextLook] = {
     "plain": {"size": 9.0},
     "small": {"size": 9.0, "gid": f"{KIND}small"},
     "measured": {"size": 9.75, "color": CRIMSON, "weight": "bold", "gid": f"{KIND}measured"},
@@ -51,16 +64,12 @@ TEXTS: Mapping[str, Mapping[str, Any]] = {
 
 
 @contextmanager
-def drawn_in_style() -> Iterator[None]:
-    """Draw in the common style, and leave that of other drawings of the process as it is."""
-    with matplotlib.rc_context(_style("report")):
-        yield
+def drawn_in_style(name: str = "report") -> Iterator[None]:
+    """Draw in a style, and leave that of other drawings of the process as it is.
 
-
-@contextmanager
-def drawn_plainly() -> Iterator[None]:
-    """Draw in grey and colours that read on any paper, light or dark."""
-    with matplotlib.rc_context(_style("plain")):
+    The style "plain" has grey and colours that read on any paper, light or dark.
+    """
+    with matplotlib.rc_context(_style(name)):
         yield
 
 
@@ -69,14 +78,9 @@ def _style(name: str) -> matplotlib.RcParams:
     return matplotlib.rc_params_from_file(Path(__file__).with_name(f"{name}.mplstyle"), use_default_template=False)
 
 
-def canvas(width: float, height: float, **options: Any) -> Figure:
+def canvas(width: float, height: float) -> Figure:
     """An empty canvas; sizes in points."""
-    return Figure(figsize=(width / 72.0, height / 72.0), dpi=72, facecolor="none", **options)
-
-
-def say(artist: Any, texts: Iterable[str]) -> None:
-    """Let each point of a collection say a text where a reader points at it."""
-    artist.set_urls([SAYS + text for text in texts])
+    return Figure(figsize=(width / 72.0, height / 72.0), dpi=72, facecolor="none")
 
 
 def line(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float]) -> None:
@@ -87,13 +91,8 @@ def line(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float]) -> None:
 def arrow(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float], *, both: bool = True) -> None:
     """A line with a head at both ends, or at its end alone."""
     begin, end = zip(x, y, strict=True)
-    style: dict[str, Any] = {
-        "arrowstyle": "<|-|>" if both else "-|>",
-        "shrinkA": 0.0,
-        "shrinkB": 0.0,
-        "mutation_scale": 8.0,
-    }
-    axes.annotate("", end, begin, arrowprops=style | LINES[kind])
+    style = {"arrowstyle": "<|-|>" if both else "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 8.0}
+    axes.annotate("", end, begin, arrowprops={**style, **LINES[kind]})
 
 
 def write(axes: Axes, kind: str, x: float, y: float, words: str, anchor: str) -> None:
@@ -101,7 +100,7 @@ def write(axes: Axes, kind: str, x: float, y: float, words: str, anchor: str) ->
     axes.text(x, y, words, ha=anchor, va="baseline", **TEXTS[kind])
 
 
-def number(value: float, _: Any = None) -> str:
+def number(value: float, _: float | None = None) -> str:
     """A number at a tick."""
     return digits(round(value, 9))
 
@@ -123,7 +122,7 @@ def as_svg(drawing: Figure, kind: str, alt: str, salt: str) -> Markup:
     return Markup(f'<svg class="picture {kind}" {size} role="img" aria-label="{escape(alt)}">{inside}')
 
 
-def as_file(drawing: Figure, file: Any, format: str) -> None:
+def as_file(drawing: Figure, file: Path | io.BytesIO, format: str) -> None:
     """Write a drawing into a file of a format."""
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(format)
     drawing.savefig(file, format=format, dpi=DPI, metadata=metadata)

@@ -1,11 +1,12 @@
 """A figure as a drawing: its panels side by side or in rows, and the legend below them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
 
 from markupsafe import Markup
+from matplotlib.figure import Figure as Drawing
+from matplotlib.legend import Legend
 
 from studies.quantities.files import write_atomically
 from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
@@ -13,7 +14,7 @@ from studies.reports.drawing.layout import LEFT, WIDTHS, Grid, prepare
 from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import styles_of
-from studies.reports.figure import Figure, Panel, Scale, Series, SeriesKind
+from studies.reports.figure import Figure, Panel, Scale, Series
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
 # The drawings with which a page opens, in the widths of its two columns and of a telephone, and their panels.
@@ -23,7 +24,7 @@ MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
 LEGEND_COLUMNS = 3  # at most
 
 
-def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel] | None = None) -> Any:
+def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel] | None = None) -> Drawing:
     """The drawing of a figure, with a width in points.
 
     ``panels`` are those to draw where one drawing does not hold the whole figure; axes are those of the figure.
@@ -36,7 +37,7 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     drawing = canvas(width, grid.height)
     for number, panel in enumerate(panels):
         axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
-        prepare(axes, figure, panel, marks.words, grid.is_left(number))
+        prepare(axes, figure, panel, marks.words, number % grid.columns == 0)
         for series in panel.series:
             marks.draw(axes, series)
         marks.name_laws(axes, panel.series)
@@ -45,7 +46,7 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     return drawing
 
 
-def _legend(drawing: Any, marks: Marks, width: float) -> Any:
+def _legend(drawing: Drawing, marks: Marks, width: float) -> Legend:
     """One entry for each label, in as many columns as there is room for."""
     labels = sorted(marks.entries, key=lambda label: marks.styles[label].rank)
     handles = [marks.entries[label] for label in labels]
@@ -78,17 +79,11 @@ def opening(figure: Figure) -> Markup:
         )
 
 
-def lines(document: Mapping[str, Any]) -> Markup:
-    """Lines over one abscissa: ``title``, axes ``x`` and ``y`` as name, label and unit, and ``lines`` as series."""
-    kind: SeriesKind = "quantity" if document["marked"] else "history"
-    series = []
-    for line in document["lines"]:
-        values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in line.items()}
-        series.append(Series(kind, **values))
-    panel = Panel(document["title"], {}, tuple(series))
-    figure = Figure("lines", document["title"], "", Scale(*document["x"]), Scale(*document["y"]), (panel,))
+def lines(title: str, x: Scale, y: Scale, series: Sequence[Series]) -> Markup:
+    """Lines over one abscissa."""
+    figure = Figure("lines", title, "", x, y, (Panel(title, {}, tuple(series)),))
     with drawn_in_style():
-        return as_svg(chart(figure, OF_LINES), "chart", figure.title, figure.name)
+        return as_svg(chart(figure, OF_LINES), "chart", title, figure.name)
 
 
 def draw(figure: Figure, file: Path) -> Path:

@@ -4,9 +4,10 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
-from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+from matplotlib.legend import Legend
 
 from studies.quantities.display import display_of, with_unit
 from studies.reports.drawing.canvas import GREY, number
@@ -37,20 +38,18 @@ class Grid:
         self._width = width
         self._gap = GAP_WITH_NUMBERS if figure.scales == "own" else GAP
         inside = width - LEFT - RIGHT
-        self._columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, int(inside // PANEL_WIDTH)))
-        self._rows = math.ceil(len(panels) / self._columns)
-        self._part = (inside - self._gap * (self._columns - 1)) / self._columns
+        self.columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, int(inside // PANEL_WIDTH)))
+        self._rows = math.ceil(len(panels) / self.columns)
+        self._part = (inside - self._gap * (self.columns - 1)) / self.columns
         self._notes = [panel.note for panel in panels]
-        self._titles = [wrap(_bound(panel.title), int(self._part / LETTER)) for panel in panels]
+        # No line break parts a number from its unit.
+        bound = (re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", panel.title) for panel in panels)
+        self._titles = [wrap(title, int(self._part / LETTER)) for title in bound]
         lines = max(len(title) + bool(note) for title, note in zip(self._titles, self._notes, strict=True))
         self._above = TITLE_LINE * lines + 6.0
-        low = self._columns > 1 and self._rows > 2
+        low = self.columns > 1 and self._rows > 2
         self._of_row = HEIGHTS[2 if low else 1] if len(panels) > 1 else min(HEIGHTS[0], FLATTEST * width)
         self.height = self._rows * (self._above + self._of_row + BELOW)  # without the legend
-
-    def is_left(self, place: int) -> bool:
-        """Whether a panel is the first of its row."""
-        return place % self._columns == 0
 
     def title(self, axes: Axes, place: int) -> None:
         """Write the title above a panel, and its note on a further line."""
@@ -58,14 +57,14 @@ class Grid:
         axes.set_title("\n".join(self._titles[place]), pad=6.0 + TITLE_LINE * bool(note))
         axes.annotate(note, (0.0, 1.0), (0.0, 6.0), xycoords="axes fraction", textcoords="offset points")
 
-    def place(self, drawing: Any, legend: Any) -> None:
+    def place(self, drawing: Drawing, legend: Legend) -> None:
         """Place the panels above the legend, for which the drawing grows."""
         below = legend.get_window_extent().height + UNDER
         height = self.height + below
         drawing.set_size_inches(self._width / 72.0, height / 72.0)
         legend.set_bbox_to_anchor((LEFT / self._width if self._width > 2 * PANEL_WIDTH else 0.0, UNDER / height))
         for place, axes in enumerate(drawing.axes):
-            row, column = divmod(place, self._columns)
+            row, column = divmod(place, self.columns)
             left = LEFT + column * (self._part + self._gap)
             top = height - row * (self._above + self._of_row + BELOW) - self._above
             size = self._part / self._width, self._of_row / height
@@ -95,11 +94,6 @@ def prepare(axes: Axes, figure: Figure, panel: Panel, words: Sequence[str], has_
             axes.axhline(0.0, color=GREY, linewidth=0.75, zorder=0.5)
 
 
-def _bound(title: str) -> str:
-    """A title in which no line break parts a number from its unit."""
-    return re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", title)
-
-
 def _cell_sizes(panel: Panel) -> list[float]:
     """The resolutions of a panel, coarsest first, as far apart as their numbers need."""
     levels = [series for series in panel.series if series.kind == "level"]
@@ -116,7 +110,7 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
     if figure.x.unit is None:
         return None
     series = [series for panel in figure.panels for series in panel.series]
-    values = [x for each in series for x in scaled(each.x, figure.x) if math.isfinite(x)]
+    values = [x for line in series for x in scaled(line.x, figure.x) if math.isfinite(x)]
     if not values:
         return None
     timed = figure.x.name == "time"

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
+from matplotlib.figure import Figure as Drawing
 
 from studies.quantities.display import with_unit
 from studies.reports.drawing.canvas import canvas, number
@@ -22,7 +24,7 @@ MARK = 9.0  # area of a point where the points fill no grid
 VALUES, DIFFERENCES = "viridis", "RdBu_r"  # colours; differences have white at zero
 
 
-def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
+def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Drawing:
     """The drawing of some panels of a map, with a width in points."""
     assert figure.z is not None
     inside = width - LEFT - RIGHT
@@ -36,8 +38,8 @@ def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
     low, high = (float(end) for end in (np.nanmin(every), np.nanmax(every)))
     is_signed = figure.z.name == "residual"
     reach = max(-low, high)
+    colours = DIFFERENCES if is_signed else VALUES
     norm = Normalize(-reach, reach) if is_signed else Normalize(low, high)
-    drawn: Any = None
     for place, panel in enumerate(panels):
         row, column = divmod(place, columns)
         bottom = height - (row + 1) * (ABOVE + tall + BELOW) + BELOW
@@ -45,7 +47,7 @@ def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
         axes = drawing.add_axes((left / width, bottom / height, part / width, tall / height))
         for series in panel.series:
             x, y, z = (scaled(getattr(series, name), getattr(figure, name)) for name in ("x", "y", "z"))
-            drawn = _colours(axes, x, y, z, norm, DIFFERENCES if is_signed else VALUES)
+            _colour(axes, x, y, z, norm, colours)
         axes.set_title(panel.title)
         axes.grid(visible=False)
         axes.xaxis.set_major_formatter(number)
@@ -58,22 +60,22 @@ def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
     bar = drawing.add_axes(
         ((width - RIGHT + BAR_GAP) / width, BELOW / height, BAR / width, (height - ABOVE - BELOW) / height)
     )
-    drawing.colorbar(drawn, cax=bar, format=_percent if is_signed else number)
+    drawing.colorbar(ScalarMappable(norm, colours), cax=bar, format=_percent if is_signed else number)
     label = with_unit(figure.z.label, None if is_signed else figure.z.unit)
     bar.set_ylabel("\n".join(wrap(label, int((height - ABOVE - BELOW) / LETTER))))
     return drawing
 
 
-def _colours(axes: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray, norm: Normalize, colours: str) -> Any:
+def _colour(axes: Axes, x: np.ndarray, y: np.ndarray, z: np.ndarray, norm: Normalize, colours: str) -> None:
     """Cells where the points fill a grid, else marks; as pixels, which are smaller than so many marks."""
     columns, rows = np.unique(x), np.unique(y)
-    look: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
     if len(columns) * len(rows) != len(z):
-        return axes.scatter(x, y, c=z, s=MARK, linewidths=0.0, **look)
+        axes.scatter(x, y, c=z, s=MARK, linewidths=0.0, cmap=colours, norm=norm, rasterized=True)
+        return
     grid = np.full((len(rows), len(columns)), np.nan)
     grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = z
-    return axes.pcolormesh(columns, rows, grid, shading="nearest", **look)
+    axes.pcolormesh(columns, rows, grid, shading="nearest", cmap=colours, norm=norm, rasterized=True)
 
 
-def _percent(value: float, place: Any = None) -> str:
+def _percent(value: float, _: float | None = None) -> str:
     return f"{number(100.0 * value)}\u202f%"

@@ -102,7 +102,8 @@ def _drawn(
     title: str, unit: str, across: str, lines: Sequence[tuple[str, np.ndarray, np.ndarray]], material: "Material"
 ) -> tuple[str, Markup]:
     """Lines with their labels, as a picture with its title; lines that are one are drawn once."""
-    drawing = canvas(WIDTH, HEIGHT, layout="constrained")
+    drawing = canvas(WIDTH, HEIGHT)
+    drawing.set_layout_engine("constrained")
     axes = drawing.add_subplot()
     groups: list[tuple[list[str], np.ndarray, np.ndarray]] = []
     for label, x, y in lines:

@@ -1,14 +1,15 @@
 """The sketch of a set-up, with its dimensions."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from markupsafe import Markup
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
 from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
-from studies.reports.setup import upward
+from studies.reports.sections.pictures import DrawnSetUp
+from studies.scenarios.parts.outline import Dimension, Shape
 
 Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
 
@@ -24,19 +25,17 @@ FLIGHT = 22.0  # length of the arrow of flight
 BODY, WALL = "#f5f5f3", "#d9d9d9"  # fillings
 
 
-def setup_sketch(document: dict[str, Any]) -> Markup:
+def setup_sketch(setup: DrawnSetUp) -> Markup:
     """The set-up to scale."""
     with drawn_in_style():
-        return as_svg(_sketch(document), "full setup", document["alt"], "setup")
+        return as_svg(_sketch(setup), "full setup", setup.alt, "setup")
 
 
-def _sketch(document: dict[str, Any]) -> Any:
-    outline, labels = document["outline"], document["labels"]
-    shapes = outline["shapes"]
+def _sketch(setup: DrawnSetUp) -> Figure:
     # Bodies come from above, whatever their coordinate says.
-    sign = upward(document)
-    left, right = min(s["left"] for s in shapes), max(s["right"] for s in shapes)
-    ends = [sign * s[key] for s in shapes for key in ("top", "bottom")]
+    shapes, sign = setup.outline.shapes, setup.upward
+    left, right = min(shape.left for shape in shapes), max(shape.right for shape in shapes)
+    ends = [sign * end for shape in shapes for end in (shape.top, shape.bottom)]
     top, bottom = min(ends), max(ends)
     scale = min(ROOM / (right - left), TALLEST / (bottom - top))
 
@@ -49,41 +48,38 @@ def _sketch(document: dict[str, Any]) -> Any:
     axes.set(xlim=(0.0, WIDTH), ylim=(deepest + BELOW, 0.0))
     axes.set_axis_off()
     for shape in shapes:
-        _shape(axes, shape, place, sign, document)
+        _shape(axes, shape, place, sign, setup)
     line(axes, "plain", (middle, middle), (ABOVE - 9.0, deepest + 6.0))
-    for dimension in outline["dimensions"]:
-        _dimension(axes, dimension, place, labels[dimension["parameter"]])
+    for dimension in setup.outline.dimensions:
+        _dimension(axes, dimension, place, setup.labels[dimension.parameter])
     return drawing
 
 
-def _shape(axes: Axes, shape: Mapping[str, Any], place: Placing, sign: float, document: Mapping[str, Any]) -> None:
+def _shape(axes: Axes, shape: Shape, place: Placing, sign: float, setup: DrawnSetUp) -> None:
     """A body with its material, and its flight."""
-    corners = place(shape["left"], shape["top"]), place(shape["right"], shape["bottom"])
+    corners = place(shape.left, shape.top), place(shape.right, shape.bottom)
     (x, right), (y, bottom) = (sorted(ends) for ends in zip(*corners, strict=True))
     wide, tall, middle = right - x, bottom - y, 0.5 * (x + right)
-    colours = (WALL, SOFT) if shape["body"] == "wall" else (BODY, INK)
-    look: dict[str, Any] = {
-        "facecolor": colours[0],
-        "edgecolor": colours[1],
-        "linewidth": 0.9,
-        "gid": f"kind:{shape['body']}",
-    }
-    is_disc = shape["is_disc"]
-    axes.add_patch(
-        Ellipse((middle, y + 0.5 * wide), wide, wide, **look) if is_disc else Rectangle((x, y), wide, tall, **look)
-    )
-    name = document["materials"].get(shape["body"])
-    if shape["heading"]:
-        _flight(axes, shape, middle, y, sign, document["labels"].get("speed", ""))
+    patch = Ellipse((middle, y + 0.5 * wide), wide, wide) if shape.is_disc else Rectangle((x, y), wide, tall)
+    fill, edge = (WALL, SOFT) if shape.body == "wall" else (BODY, INK)
+    patch.set(facecolor=fill, edgecolor=edge, linewidth=0.9, gid=f"kind:{shape.body}")
+    axes.add_patch(patch)
+    name = setup.materials.get(shape.body)
+    if shape.heading:
+        # An arrow above the body, in the direction in which it flies.
+        (across, along), end = shape.heading, y - APART - 7.0
+        begin = middle - FLIGHT * across, end - FLIGHT * sign * along
+        arrow(axes, "flight", (begin[0], middle), (begin[1], end), both=False)
+        write(axes, "plain", begin[0] + 6.0, begin[1] + 7.0, setup.labels.get("speed", ""), "left")
         if name:
             # Beside the arrow: its dimensions stand beside the body.
-            left = middle - FLIGHT * max(0.0, shape["heading"][0]) - 9.0
-            _lines(axes, left, y - APART - FLIGHT, _label(shape["body"], name, left), "right")
-    elif name and LETTER * len(shape["body"]) > 0.5 * wide - 7.5:  # beside the axis there is no room for it
-        _lines(axes, x - 4.5, bottom + 8.0, _label(shape["body"], name, 0.0), "right")
+            left = middle - FLIGHT * max(0.0, across) - 9.0
+            _lines(axes, left, y - APART - FLIGHT, _label(shape.body, name, left), "right")
+    elif name and LETTER * len(shape.body) > 0.5 * wide - 7.5:  # beside the axis there is no room for it
+        _lines(axes, x - 4.5, bottom + 8.0, _label(shape.body, name, 0.0), "right")
     elif name:
         # Left of the axis where the body is wide enough.
-        lines = _label(shape["body"], name, 0.5 * wide - 7.5)
+        lines = _label(shape.body, name, 0.5 * wide - 7.5)
         inside = tall > 9.0 + LINE * len(lines)
         _lines(axes, x + 4.5, y + 13.0 if inside else bottom + 12.0, lines, "left")
 
@@ -99,18 +95,9 @@ def _lines(axes: Axes, x: float, y: float, lines: Sequence[str], anchor: str) ->
         write(axes, "plain", x, y + LINE * number, words, anchor)
 
 
-def _flight(axes: Axes, shape: Mapping[str, Any], x: float, y: float, sign: float, speed: str) -> None:
-    """An arrow above a body, in the direction in which it flies."""
-    across, along = shape["heading"]
-    end = y - APART - 7.0
-    begin = x - FLIGHT * across, end - FLIGHT * sign * along
-    arrow(axes, "flight", (begin[0], x), (begin[1], end), both=False)
-    write(axes, "plain", begin[0] + 6.0, begin[1] + 7.0, speed, "left")
-
-
-def _dimension(axes: Axes, dimension: Mapping[str, Any], place: Placing, label: str) -> None:
+def _dimension(axes: Axes, dimension: Dimension, place: Placing, label: str) -> None:
     """A length beside what it measures: above or below it, or to its right."""
-    (x1, y1), (x2, y2) = place(*dimension["begin"]), place(*dimension["end"])
+    (x1, y1), (x2, y2) = place(*dimension.begin), place(*dimension.end)
     if abs(x2 - x1) < abs(y2 - y1):
         x, ends = x1 + APART, sorted((y1, y2))
         for begin, end in ((x1, y1), (x2, y2)):

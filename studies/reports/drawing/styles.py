@@ -99,9 +99,9 @@ LOOKS = {
 def styles_of(figure: Figure) -> dict[str, Style]:
     """A colour and a mark for each label, the same in every panel."""
     series = [series for panel in figure.panels for series in panel.series]
-    muted = {each.label: Style(MUTE, "s", 800) for each in series if each.muted}
-    names = list(dict.fromkeys(each.label for each in series if not each.muted))
-    if any(each.kind == "history" for each in series):
+    muted = {line.label: Style(MUTE, "s", 800) for line in series if line.muted}
+    names = list(dict.fromkeys(line.label for line in series if not line.muted))
+    if any(line.kind == "history" for line in series):
         ramp = LinearSegmentedColormap.from_list("", RAMP)
         shades = [to_hex(ramp(place / max(1, len(names) - 1))) for place in range(len(names))]
         return STYLES | {name: Style(shade, "o") for name, shade in zip(names, shades, strict=True)}

@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -75,14 +74,17 @@ class TwoCubes:
         panels = []
         for piece in self.views[0].slices:
             at = first[piece.cells[0]]
-            pieces = [each for each in self.views[1].slices if _same(at, second[each.cells[0]])]
-            shown = [(self.views[0], piece, self.names[0]), *((self.views[1], each, self.names[1]) for each in pieces)]
+            pieces = [other for other in self.views[1].slices if _same(at, second[other.cells[0]])]
+            shown = [
+                (self.views[0], piece, self.names[0]),
+                *((self.views[1], other, self.names[1]) for other in pieces),
+            ]
             series = [
                 replace(points, kind="quantity", label=label)
-                for view, each, label in shown
-                for points in simulation(view, name, each)
+                for view, cells, label in shown
+                for points in simulation(view, name, cells)
             ]
-            if len({each.label for each in series}) == len(self.names):
+            if len({line.label for line in series}) == len(self.names):
                 panels.append(Panel(title_of(self.views[0].dataset, at), at, tuple(series)))
         scale = self.views[0].scale_of(name)
         words = f"{scale.label.capitalize()} against {self.views[0].abscissa.label}"
@@ -92,25 +94,25 @@ class TwoCubes:
 
 def two_cubes(first: Path, second: Path) -> TwoCubes:
     """Two cubes of files or folders; raises InvalidInput where they have no quantity or no axis in common."""
-    cubes = [_with_short_texts(reading.open_cube(each)) for each in (first, second)]
-    names = [str(json.loads(each.attrs["sweep"])["name"]) for each in cubes]
+    cubes = [_with_short_texts(reading.open_cube(path)) for path in (first, second)]
+    names = [str(json.loads(cube.attrs["sweep"])["name"]) for cube in cubes]
     if names[0] == names[1]:
         names = [f"{name} ({path})" for name, path in zip(names, (first, second), strict=True)]
-    points = [points_of(each) for each in cubes]
-    quantities = _in_both(*(main_quantities(each) for each in points))
-    own = [axes_of(each) for each in points]
-    varied = _in_both(*own)
+    points = [points_of(cube) for cube in cubes]
+    quantities = [name for name in main_quantities(points[0]) if name in main_quantities(points[1])]
+    own = [axes_of(cube) for cube in points]
+    varied = [axis for axis in own[0] if axis in own[1]]
     for what, common, lists in (
-        ("a quantity", quantities, [reading.quantities_of(each) for each in points]),
+        ("a quantity", quantities, [reading.quantities_of(cube) for cube in points]),
         ("an axis", varied, own),
     ):
         if not common:
-            have = "; ".join(f"{name} has {', '.join(each)}" for name, each in zip(names, lists, strict=True))
+            have = "; ".join(f"{name} has {', '.join(listed)}" for name, listed in zip(names, lists, strict=True))
             raise refusal("CUBES", " and ".join(names), f"{what} that both cubes have", have)
-    numeric = [axis for axis in varied if all(each[axis].dtype.kind == "f" for each in points)]
+    numeric = [axis for axis in varied if all(cube[axis].dtype.kind == "f" for cube in points)]
     abscissa = PREFERRED if PREFERRED in varied else [*numeric, *varied][0]
-    views = [view_of(each, abscissa) for each in points]
-    axes = tuple(axis for axis in dict.fromkeys(own[0] + own[1]) if all(axis in each.variables for each in points))
+    views = [view_of(cube, abscissa) for cube in points]
+    axes = tuple(axis for axis in dict.fromkeys(own[0] + own[1]) if all(axis in cube.variables for cube in points))
     others = _others(points[0], points[1], axes)
     return TwoCubes((names[0], names[1]), (views[0], views[1]), axes, tuple(quantities), others)
 
@@ -123,13 +125,13 @@ def draw_two(cubes: TwoCubes, folder: Path, format: str) -> list[Path]:
     figures = [figure for name in cubes.quantities if (figure := cubes.figure(name)).panels]
     rows = [
         {
-            "quantity": each.scale.label,
-            **each.at,
-            **dict(zip(cubes.names, each.values, strict=True)),
-            **{f"{name}, error bar": bar for name, bar in zip(cubes.names, each.bars, strict=True)},
-            "relative difference": each.relative,
+            "quantity": difference.scale.label,
+            **difference.at,
+            **dict(zip(cubes.names, difference.values, strict=True)),
+            **{f"{name}, error bar": bar for name, bar in zip(cubes.names, difference.bars, strict=True)},
+            "relative difference": difference.relative,
         }
-        for each in cubes.differences()
+        for difference in cubes.differences()
     ]
     if not figures and not rows:
         values = f"they overlap in no value of {', '.join(cubes.axes)}"
@@ -146,10 +148,6 @@ def _with_short_texts(cube: xr.Dataset) -> xr.Dataset:
     return cube.assign_coords({name: cube[name].copy(data=shorten(cube[name].values)) for name in long})
 
 
-def _in_both(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    return [name for name in first if name in second]
-
-
 def _same(first: Place, second: Place) -> bool:
     return all(is_same(value, second[axis]) for axis, value in first.items())
 
@@ -157,7 +155,7 @@ def _same(first: Place, second: Place) -> bool:
 def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[str, tuple[str, str]]:
     """The parameters that are one value in each cube, and not the same."""
 
-    def fixed(cube: xr.Dataset) -> dict[str, Any]:
+    def fixed(cube: xr.Dataset) -> dict[str, float | str]:
         return {
             str(name): plain(array.item())
             for name, array in cube.coords.items()

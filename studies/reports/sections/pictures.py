@@ -1,11 +1,26 @@
 """Pictures of the runs and of their set-up: what each shows, with its texts and measured lengths."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pydantic import JsonValue
-
 from studies.reports.section import Part, Section, Source
+from studies.scenarios.parts.outline import Outline
+
+
+@dataclass(frozen=True)
+class DrawnSetUp:
+    """The set-up of the first run, to scale."""
+
+    outline: Outline
+    labels: Mapping[str, str]  # of dimensions and speed, by parameter
+    materials: Mapping[str, str]  # by body
+    alt: str
+
+    @property
+    def upward(self) -> float:
+        """The factor that lets the coordinate along the line of flight point down: -1 where a body flies against it."""
+        return -1.0 if any(shape.heading and shape.heading[1] < 0.0 for shape in self.outline.shapes) else 1.0
 
 
 @dataclass(frozen=True)
@@ -72,7 +87,7 @@ class PicturedRun:
 class Pictures:
     """All pictured runs; those of the others are in their files."""
 
-    setup: dict[str, JsonValue] | None
+    setup: DrawnSetUp | None  # None where the scenario draws none
     runs: tuple[PicturedRun, ...]
     left_out: int
 

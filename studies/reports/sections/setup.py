@@ -63,7 +63,7 @@ class SetUp:
 
 
 def _part(source: Source) -> Part | None:
-    from studies.reports.sections._setup import setup_of
+    from studies.reports.sections._runs import setup_of
 
     return setup_of(source)
 

@@ -56,7 +56,7 @@ def _part(source: Source) -> Part:
     record = Values(tuple(ranges), tuple(withheld))
     if opening is None:
         return Part(record)
-    return Part(record, figures(comparison, [each.quantity for each in opening.quantities]), headline(opening, units))
+    return Part(record, figures(comparison, [told.quantity for told in opening.quantities]), headline(opening, units))
 
 
 SECTION = Section(

@@ -17,7 +17,7 @@ from service.client.results import SweepFolder
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep
-from studies.reports.report import every_figure
+from studies.reports.report import report_of
 from tests.service.support.api import Api, sweep_of
 from tests.studies.films.test_film import small_problem, states
 from tests.studies.support import fakes
@@ -53,7 +53,7 @@ def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: 
 def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp_path: Path) -> None:
     """``plot`` and ``plot_laws`` draw the figures of the report, by their names."""
     with whipple.open_cube(folder) as cube:
-        expected = [figure.name for figure in every_figure(cube)]
+        expected = [figure.name for figure in report_of(cube).head.figures]
         of_laws = cube.whipple.plot_laws("hole_diameter")
         with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
             cube.whipple.plot_laws("hole_diamter")

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
+from studies.quantities.parameters import Plain
 from studies.reports.publish import publish
 from tests.claims.rows import Row, equal
 from tests.studies.cubes.test_bodies import computed, reported, starts, table
@@ -44,7 +45,7 @@ def test_sweep_over_decks__is_the_hand_made_table(tmp_path: Path, compared: Call
 def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(tmp_path: Path) -> None:
     texts = [appendix_deck().replace("tstep 400", f"tstep {steps}") for steps in (400, 401)]
     assert all("nbmp 260" in text for text in texts)
-    document = {"name": "decks", "scenario": "deck", "axes": {"deck": texts}}
+    document: dict[str, Plain] = {"name": "decks", "scenario": "deck", "axes": {"deck": texts}}
     with undrawn():
         files = publish(document, {}, tmp_path)
     lines = len(texts[0].splitlines())

@@ -5,7 +5,7 @@ import pytest
 from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
 from studies.observations import AllowedNames, Observation, read_observations
-from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots
+from studies.observations.compared import FEWEST, StoredShot, bias_and_scatter, compared_shots
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, Value
 from studies.sweeps.reading import vocabulary
@@ -97,7 +97,7 @@ def test_refusal__says_what_is_wrong_with_a_table(given: object, words: str) -> 
 @pytest.mark.claim("mend-again", "bias-from-five-shots")
 def test_bias__is_an_interval_from_five_shots_on() -> None:
     """A bias of whipple is the 95 % interval of a mean over five shots or more of a metal, and fewer have none."""
-    rows = [{"simulated": 1.0 + share, "observed": 1.0} for share in (-0.2, -0.1, 0.0, 0.1, 0.2)]
+    rows = [StoredShot(simulated=1.0 + share, observed=1.0) for share in (-0.2, -0.1, 0.0, 0.1, 0.2)]
     # t(0.975, 4) = 2.776, and the standard deviation over the root of 5 is 0.0707.
     count, bias, scatter = bias_and_scatter(rows)
     assert count == 5

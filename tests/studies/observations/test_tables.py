@@ -296,7 +296,7 @@ def test_fit_and_calibrate__read_tables_as_sweeps_do(tmp_path: Path) -> None:
     assert holes.values.tolist() == [0.0183, 0.0259]
     copper = load("copper-ofhc")
     name = "taylor-bars-copper-ofhc"
-    rows = [[*row.values()] for _, row in rows_of(text(name), name)]
+    rows = [[*map(str, row.values())] for _, row in rows_of(text(name), name)]
     headings = [*rows_of(text(name), name)[0][1]]
     file.write_bytes(table(";", encoding="utf-16", headings=headings, rows=rows))
     assert read_bars(str(file), copper).strains.tolist() == read_bars(name, copper).strains.tolist()

@@ -180,7 +180,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
     with xr.open_dataset(folder / "cube.nc") as dataset:
-        every = report.every_figure(dataset)
+        every = report.report_of(dataset).head.figures
     files = draw_figures(folder, tmp_path, "svg")
     assert [file.name for file in files] == [f"{figure.name}.svg" for figure in every]
     for figure, file in zip(every, files, strict=True):

@@ -9,6 +9,7 @@ import xarray as xr
 
 from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, SWEEP_FILES
 from studies.quantities.measured import Measured
+from studies.quantities.parameters import Plain
 from studies.reports import report
 from studies.reports.page import appendix
 from studies.reports.publish import publish
@@ -17,7 +18,7 @@ from studies.sweeps.sweep import Sweep
 from tests.studies.support.printed import undrawn
 
 PUBLISHED = (*SWEEP_FILES, APPENDIX_HTML, ALL_RUNS_CSV)
-HOLES = {
+HOLES: dict[str, Plain] = {
     "name": "holes",
     "scenario": "thin_plate",
     "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},

@@ -161,8 +161,7 @@ def test_drawings__show_the_points_of_the_document(case: Case) -> None:
     dataset, document, shown = case
     assert document["figures"]
     assert bool(shown.says) == any(dataset is made(name)[0] for name in DRAWN)
-    for plain in document["figures"]:
-        figure = page.figure_of(plain)
+    for figure in page.FIGURES.validate_python(document["figures"]):
         factors = np.array([display_of(scale.unit).factor for scale in (figure.x, figure.y)])
         words = list(dict.fromkeys(x for panel in figure.panels for each in panel.series for x in each.x))
         # The first screen has two panels.
@@ -231,7 +230,7 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     dataset = cube_of("one run")
     hostile = "<script>alert(1)</script></script><b>&"
     dataset.attrs["title"] = hostile
-    dataset.attrs["sweep"] = json.dumps({"fixed": {"name": hostile}})
+    dataset.attrs["sweep"] = json.dumps({**json.loads(dataset.attrs["sweep"]), "title": hostile})
     dataset.run_reason[:] = hostile
     document = fakes.document_of(dataset)
     for html in (page.page(document), page.appendix(document)):

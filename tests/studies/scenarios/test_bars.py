@@ -193,5 +193,5 @@ def test_shots__of_bars_that_spread_beyond_three_diameters_have_a_length(
         speed = row["parameters"]["speed"]
         expected = known[row["quantity"], speed]["simulated"]
         text = f"{table}, {speed:g} m/s: {row['quantity']} (m)"
-        compared(relative(text, expected=expected, got=row["simulated"] or math.nan, within=1e-6))
+        compared(relative(text, expected=expected or math.nan, got=row["simulated"] or math.nan, within=1e-6))
         compared(equal(f"{text}: flags", expected=[], got=row["flags"]))

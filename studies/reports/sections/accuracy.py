@@ -1,5 +1,6 @@
-"""How good the numbers are: grids, orders, and the parts of each error bar."""
+"""How good the numbers are: grids, orders and parts of each error bar; and what material data and models leave open."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from studies.reports.records import Place
@@ -60,19 +61,56 @@ class Convergence:
     quantities: tuple[QuantityConvergence, ...]
 
 
-def _part(source: Source) -> Part | None:
-    from studies.reports.sections._convergence import convergence_of
+@dataclass(frozen=True)
+class Side:
+    """How far failures that count move a value to one side."""
+
+    share: float | None  # of the value
+    failure: str
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """What the models leave open of a quantity at some runs."""
+
+    quantity: str
+    statement: str  # with its source, or why nothing is assessed
+    contributions: Mapping[str, float | None]  # relative standard uncertainties
+    lower: Side | None
+    upper: Side | None
+    thrown_out: tuple[str, ...]  # failures that do not count
+    distance: float | None  # largest factor by which the runs are outside of where it was measured
+    runs: int
+
+
+@dataclass(frozen=True)
+class Models:
+    """The model part of each quantity."""
+
+    parts: tuple[ModelPart, ...]
+
+
+def _convergence(source: Source) -> Part | None:
+    from studies.reports.sections._accuracy import convergence_of
 
     return convergence_of(source)
 
 
-SECTION = Section(
-    "convergence",
-    "Accuracy",
-    50,
-    Convergence,
-    _part,
-    "sections/convergence.html",
-    "",
-    "sections/convergence_appendix.html",
+def _models(source: Source) -> Part | None:
+    from studies.reports.sections._accuracy import models_of
+
+    return models_of(source)
+
+
+SECTION = (
+    Section(
+        "convergence",
+        "Accuracy",
+        50,
+        Convergence,
+        _convergence,
+        "sections/convergence.html",
+        appendix="sections/convergence_appendix.html",
+    ),
+    Section("models", "Uncertainty of the models", 60, Models, _models, appendix="sections/models_appendix.html"),
 )

@@ -1,6 +1,7 @@
-"""Computes the section of accuracy: of each point its value, the parts of its bar, and its grids."""
+"""Computes the sections of accuracy: of each point its value, parts of its bar and grids; and the model part."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -11,6 +12,7 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import (
     Refined,
+    by_run,
     error_bars,
     main_quantities,
     mesh_part,
@@ -22,8 +24,17 @@ from studies.cubes.points import (
 from studies.cubes.reading import finite
 from studies.cubes.variable import Variable
 from studies.reports.section import Part, Source
-from studies.reports.sections.convergence import Convergence, GridLevel, PointConvergence, QuantityConvergence
+from studies.reports.sections.accuracy import (
+    Convergence,
+    GridLevel,
+    ModelPart,
+    Models,
+    PointConvergence,
+    QuantityConvergence,
+    Side,
+)
 from studies.sweeps.reading import OFFSET, RESOLUTION
+from studies.sweeps.screening import CONTRIBUTIONS
 
 RULES = (
     "The value is that of the finest resolution, the mean over its sub-cell offsets; the number behind ± is their "
@@ -44,15 +55,14 @@ BESIDE: Mapping[str, Variable] = {
 def convergence_of(source: Source) -> Part | None:
     """The section; None where nothing was measured."""
     dataset, points = source.dataset, source.points
-    main = main_quantities(points)
+    main, several = main_quantities(points), refinements_of(dataset)
     quantities = tuple(
         QuantityConvergence(name, str(points[name].attrs["units"]), name in main, tuple(_points(dataset, points, name)))
         for name in reading.quantities_of(points)
-        if name in main or refinements_of(dataset)
+        if name in main or several
     )
     if not quantities:
         return None
-    several = refinements_of(dataset)
     resolutions = tuple(map(float, dataset[RESOLUTION].values)) if RESOLUTION in several else ()
     return Part(Convergence(RULES, resolutions, dataset.sizes[OFFSET] if OFFSET in several else 1, quantities))
 
@@ -67,7 +77,7 @@ def _points(dataset: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[Poin
         return
     bars, mesh = error_bars(points, name).values.ravel(), np.ravel(mesh_part(points, name))
     values, raw, reading_error = (
-        simulated_or_nan(points, each) for each in (name, cubes.RAW.named(name), cubes.UNCERTAINTY.named(name))
+        simulated_or_nan(points, variable) for variable in (name, cubes.RAW.named(name), cubes.UNCERTAINTY.named(name))
     )
     for number, (at, also) in enumerate(zip(places, beside, strict=True)):
         is_known = math.isfinite(mesh[number])
@@ -100,3 +110,55 @@ def _of_grids(point: Refined, at: Mapping[str, float | str], beside: Mapping[str
         **beside,
         levels=tuple(levels),
     )
+
+
+# ---- the model part -------------------------------------------------------------------------------
+
+
+def models_of(source: Source) -> Part | None:
+    """The section; None where no run states any."""
+    parts = tuple(_model_parts(source.dataset))
+    return Part(Models(parts)) if parts else None
+
+
+def _model_parts(dataset: xr.Dataset) -> Iterator[ModelPart]:
+    """Each statement with the runs that it is about."""
+    for quantity in reading.quantities_of(dataset):
+        shares = {name: _by_run(dataset, cubes.model_contribution(name), quantity) for name in CONTRIBUTIONS}
+        factors = _by_run(dataset, cubes.MODEL_DISTANCE, quantity)
+        texts = by_run(dataset, cubes.MODEL_REASON.named(quantity)).astype(str)
+        for text, count in Counter(filter(None, texts.tolist())).items():
+            mine = texts == text
+            distances = factors[mine & np.isfinite(factors)]
+            yield ModelPart(
+                quantity=quantity,
+                statement=text,
+                contributions={name: finite(float(share[mine][0])) for name, share in shares.items()},
+                lower=_side(dataset, quantity, cubes.MODEL_SIDES[0], mine),
+                upper=_side(dataset, quantity, cubes.MODEL_SIDES[1], mine),
+                thrown_out=_thrown_out(dataset, quantity, mine),
+                distance=float(distances.max()) if distances.size else None,
+                runs=count,
+            )
+
+
+def _side(dataset: xr.Dataset, quantity: str, side: tuple[Variable, Variable], mine: np.ndarray) -> Side | None:
+    sizes, values = _by_run(dataset, side[0], quantity)[mine], by_run(dataset, quantity)[mine]
+    if not np.isfinite(sizes[0]):
+        return None
+    failure = by_run(dataset, side[1].named(quantity))[mine][0]
+    return Side(abs(float(sizes[0] / values[0])) if values[0] else None, str(failure))
+
+
+def _thrown_out(dataset: xr.Dataset, quantity: str, mine: np.ndarray) -> tuple[str, ...]:
+    if not cubes.MODEL_THROWN_OUT.is_in(dataset, quantity):
+        return ()
+    names = by_run(dataset, cubes.MODEL_THROWN_OUT.named(quantity))[mine][0]
+    return tuple(name for name in str(names).split(cubes.BETWEEN_FAILURES) if name)
+
+
+def _by_run(dataset: xr.Dataset, variable: Variable, quantity: str) -> np.ndarray:
+    """A number of a quantity for each run, (runs,); NaN where no run has it."""
+    if not variable.is_in(dataset, quantity):
+        return np.full(dataset.run_state.size, np.nan)
+    return by_run(dataset, variable.named(quantity))
