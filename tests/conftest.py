@@ -14,6 +14,8 @@ pytest_plugins = ["tests.claims.marked"]
 
 MARK_OF_FOLDER = {"crash": "crash", "cases": "cases"}
 TESTS = Path(__file__).parent
+# Helpers have no doctests, and would load browsers and clusters for every stage.
+collect_ignore_glob = ["*/support", "benchmarks/[!t]*", "service/*/cluster.py", "service/*/object_store.py"]
 
 
 def pytest_configure() -> None:

@@ -16,11 +16,11 @@ from tempfile import TemporaryDirectory
 
 import httpx
 
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import WORKERS, CrashTest, Work, crash_test
-from tests.crash.support.serving import Service
+from tests.service.support import inspection
+from tests.service.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
+from tests.service.support.serving import Service
 
 OVERHEAD_AIM = 0.03  # s a run, beside its attempt
 SHORT = 200  # runs

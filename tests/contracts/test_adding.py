@@ -42,7 +42,7 @@ SWEEP: dict[str, Any] = {
         "failure": "tension-limit",
         "failure_tension": "2 GPa",
         "particles_per_cell": 1,
-        "end_time": "2 us",
+        "end_time": "1 us",
     },
     "axes": {"target.strength.Y": ["90 MPa", "120 MPa"], "target.eos.K": ["130 GPa", "140 GPa"]},
     "resolution": 2,

@@ -3,9 +3,9 @@
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,48 +15,29 @@ from service.execution.local import LocalEngine
 from service.records.jobs import Cause
 from service.workers.attempt import Attempt, Ended
 from service.workers.timings import Timings
-from tests.service.support.attempts import LIMIT
-from tests.service.support.cluster import (
-    EngineUser,
-    attempt_in,
-    checkpoint_step,
-    family,
-    parent_of,
-    patiently,
-    pid_of,
-    running,
-    serving,
-    using,
-)
+from tests import samples
+from tests.service.support.attempts import LIMIT, EngineUser, Place, attempt_in, checkpoint_step, pid_of, using
 from tests.service.support.fakes import is_gone
+from tests.service.support.processes import family, patiently
 from tests.service.support.targets import STEPS
 
 WORKERS = 2
 PATIENT = Timings(stop=60.0)  # for a busy machine
 
 
-@dataclass(frozen=True)
-class Place:
-    """A kind of engine, and where it computes."""
-
-    open: Callable[[], AbstractContextManager[EngineUser]]
-    worker_of: Callable[[int], int]  # the process that a machine may lose, by that of an attempt
-    worker_lost: Cause  # of an attempt whose worker is killed
-    foreign: Callable[[], set[int]]  # processes that the engine did not start
+@contextmanager
+def here(_folder: Path, workers: int, timings: Timings) -> Iterator[Place]:
+    """This machine."""
+    yield Place(partial(using, partial(LocalEngine, workers, timings=timings)), lambda pid: pid, Cause.CRASH, set)
 
 
-@pytest.fixture(scope="module", params=["local", "dask"])
+ENGINES = samples.joined("ENGINES", {"local": here}, "service")
+
+
+@pytest.fixture(scope="module", params=ENGINES)
 def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
-    if request.param == "local":
-        local = partial(using, lambda inbox: LocalEngine(WORKERS, inbox, PATIENT))
-        yield Place(local, lambda pid: pid, Cause.CRASH, set)
-        return
-    with running(tmp_path_factory.mktemp("cluster"), WORKERS) as cluster:
-
-        def foreign() -> set[int]:
-            return {pid for process in cluster.processes for pid in process.look()}
-
-        yield Place(partial(serving, cluster.remote(), PATIENT), parent_of, Cause.LOST, foreign)
+    with ENGINES[request.param](tmp_path_factory.mktemp("engine"), WORKERS, PATIENT) as place:
+        yield place
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from studies.answers import examples
 from tests.claims.rows import at_most, equal
 from tests.contracts.features import ROOT, features
 from tests.contracts.test_way import SWEEP
-from tests.crash.support.serving import serving
+from tests.service.support.serving import serving
 
 PRODUCT = ("solver", "studies", "service", "whipple", "docs")
 # Totals that no change raises: what is counted says each.

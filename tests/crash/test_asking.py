@@ -18,8 +18,19 @@ from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, equal
-from tests.crash.support.browser import BEYOND, CUT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
-from tests.crash.support.serving import ROOT, Service, http, serving
+from tests.service.support.browser import (
+    BEYOND,
+    CUT,
+    PATIENCE,
+    SCHEMES,
+    WIDTHS,
+    Scheme,
+    chromium,
+    violations_of,
+    window,
+)
+from tests.service.support.processes import ROOT
+from tests.service.support.serving import Service, http, serving
 
 PAGES = (
     *("/", "/new", "/new/thin_plate", "/new/whipple_shield?preset=shield", "/shields", "/shields?speed=6"),

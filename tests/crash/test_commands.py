@@ -9,9 +9,9 @@ import pytest
 
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
-from tests.crash.support.blocks import LONG, NEEDED, Reader, blocks_of, cloned, surroundings
-from tests.crash.support.serving import ROOT
 from tests.docs.test_makefile import TARGETS
+from tests.service.support.blocks import LONG, NEEDED, Reader, blocks_of, cloned, surroundings
+from tests.service.support.processes import ROOT
 
 SECONDS = 1800.0  # that a command may take, or until it computes
 BEGIN = "begin"  # of every command: the tag of what is here

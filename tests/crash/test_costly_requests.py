@@ -19,12 +19,12 @@ from service.settings import Settings
 from service.store import Store
 from tests.claims.marked import Compared, in_full
 from tests.claims.rows import Row, absolute, at_least, at_most, equal
-from tests.crash.support import altered_serve, clients
-from tests.crash.support.clients import LivenessProbe, probing
-from tests.crash.support.costly_bodies import BODIES, CostlyBody
-from tests.crash.support.serving import Service
+from tests.service.support import altered_serve, clients
 from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
+from tests.service.support.clients import LivenessProbe, probing
+from tests.service.support.costly_bodies import BODIES, CostlyBody
 from tests.service.support.fakes import wait_until
+from tests.service.support.serving import Service, serving
 
 IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}
 ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v1/sweeps/none"))
@@ -42,15 +42,11 @@ LIVE_SECONDS = 0.5  # wait for an answer to somebody else
 @contextmanager
 def served(place: Path, *program: str) -> Iterator[Service]:
     """A service that has answered before: its first answer loads what all others use."""
-    service = Service(place / "data", IDLE, program=program or ("-m", "service"))
-    service.start()
-    try:
+    with serving(place / "data", *program, **IDLE) as service:
         service.wait_until_ready()
         answer = httpx.post(f"{service.url}/v1/sweeps/estimate", json=SWEEP, timeout=60)
         assert answer.status_code == 200, answer.text
         yield service
-    finally:
-        service.kill()
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +155,7 @@ def test_heads__that_never_end_are_closed_and_others_are_served(service: Service
 @pytest.mark.claim("api", "heads", minutes=1.0, short=True)
 def test_body__that_comes_in_small_pieces_holds_nobody_up(service: Service, compared: Compared) -> None:
     """A body of chunks of one byte holds nobody up, and one that comes byte by byte is waited for so long."""
-    chunks = 1_000_000 if in_full() else 100_000
+    chunks = 1_000_000 if in_full() else 20_000
     with probing(service.port) as probe:
         clients.send_chunks(service.port, chunks)
     compared(*rows_of_others(f"{chunks} chunks of one byte", probe))

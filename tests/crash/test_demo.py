@@ -19,7 +19,7 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_least, at_most, equal
-from tests.crash.support.serving import ROOT
+from tests.service.support.processes import ROOT
 
 FINE, NEAR = 64, 0.03  # cells across the projectile; share of the hole on them
 

@@ -21,10 +21,11 @@ from service.store import Store
 from studies.quantities.files import RESULT, SWEEP_FILES
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
-from tests.crash.support import inline_service, inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.fault_points import POINTS, VARIABLE
-from tests.crash.support.serving import ROOT, START_SECONDS, process_tree
+from tests.service.support import inline_service, inspection
+from tests.service.support.crash_test import CrashTest, Work, crash_test
+from tests.service.support.fault_points import POINTS, VARIABLE
+from tests.service.support.processes import ROOT, process_tree
+from tests.service.support.serving import START_SECONDS
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
@@ -32,7 +33,7 @@ COPY = "copy-halfway"
 SWEEP = """
 import sys
 from service.cli.local import run_sweep
-from tests.crash.support.fault_points import arm
+from tests.service.support.fault_points import arm
 arm()
 run_sweep(sys.argv[1], sys.argv[2])
 """

@@ -22,10 +22,11 @@ from service.settings import Settings
 from service.store import Store
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_most, equal, reported
-from tests.crash.support.crash_test import Work
-from tests.crash.support.serving import ROOT, Service, process_tree
 from tests.service.support import history
+from tests.service.support.crash_test import Work
 from tests.service.support.fakes import open_store, wait_until
+from tests.service.support.processes import ROOT, process_tree
+from tests.service.support.serving import Service
 
 MANY = history.History()  # 120 000 jobs, 10 000 sweeps, 350 000 files
 LONG = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=3600.0)

@@ -10,52 +10,17 @@ import pytest
 import yaml
 
 from service.files.artifacts import Artifacts
-from service.records.jobs import Kind, State
+from service.records.jobs import State
 from studies.quantities.files import SWEEP_FILES
 from tests.claims.marked import Compared
-from tests.claims.rows import at_least, equal
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.faults import KillMoment, Victim
-from tests.crash.support.serving import ROOT
-from tests.service.support.cluster import family
+from tests.claims.rows import equal
+from tests.service.support import inspection
+from tests.service.support.crash_test import KillMoment, Victim, Work, crash_test
 from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
+from tests.service.support.processes import ROOT, family
 from tests.service.support.targets import RUN_GATE
 
-SOLVER = "tests.crash.support.solving"
-
-
-@pytest.mark.claim("mend-again", "stopped-child", minutes=0.5)
-def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(compared: Compared, tmp_path: Path) -> None:
-    """A child process that is stopped (SIGSTOP) is ended, and its run begins again and succeeds, ten times of ten."""
-    work = Work(speeds=4, sweeps=3, run_seconds=0.8)
-    stopped: dict[str, Kind] = {}
-
-    with crash_test(work, tmp_path, settings={"WHIPPLE_STALL_SECONDS": "3"}) as here:
-        ids = here.submit()
-        while len(stopped) < 10:
-            wait_until(lambda: _stop_one(here, stopped), seconds=60, pause=0.01)
-        here.wait_for_the_end(ids)
-        bodies = [event.body for event in inspection.events(here.store)]
-        stalls = sum(body.get("cause") == "stalled" for body in bodies)
-        compared(at_least("attempts that were ended as stalled", limit=10, got=stalls))
-        compared(*here.rows_of_the_end(ids, tmp_path / "cubes"))
-        compared(inspection.row_of_checkpoints(here.store, here.artifacts, ids))
-
-
-def _stop_one(here: CrashTest, stopped: dict[str, Kind]) -> bool:
-    """Stop the process of a job that was spared so far: eight runs, half after a checkpoint, and publications."""
-    has_runs = list(stopped.values()).count(Kind.RUN) == 8
-    for attempt in here.attempts.at(KillMoment.ANY):
-        lease = attempt.claim
-        late = len(stopped) % 2 == 0 or KillMoment.CHECKPOINTED in attempt.moments
-        if lease.kind is Kind.RUN and (has_runs or not late):
-            continue
-        if attempt.pid and lease.id not in stopped:
-            os.kill(attempt.pid, signal.SIGSTOP)
-            stopped[lease.id] = lease.kind
-            return True
-    return False
+SOLVER = "tests.service.support.solving"
 
 
 @pytest.mark.claim("mend-again", "equal-cubes", minutes=1.0)

@@ -11,10 +11,10 @@ from service.settings import Settings
 from service.store import Store
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
-from tests.crash.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
-from tests.crash.support.serving import http, serving
 from tests.service.support.api import SWEEP, open_api, served
+from tests.service.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
 from tests.service.support.fakes import issue_key
+from tests.service.support.serving import http, serving
 
 
 @pytest.mark.browser

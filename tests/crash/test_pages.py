@@ -17,12 +17,11 @@ import xarray
 from service.files.artifacts import digest
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
-from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, is_long, new_environment, surroundings
-from tests.crash.support.browser import CUT, WIDTHS, chromium, violations_of, window
-from tests.crash.support.serving import ROOT
 from tests.service.support.api import open_api, served
-from tests.service.support.cluster import free_port
+from tests.service.support.blocks import Block, Reader, blocks_of, cloned, is_long, new_environment, surroundings
+from tests.service.support.browser import CUT, WIDTHS, chromium, violations_of, window
 from tests.service.support.databases import postgresql_server
+from tests.service.support.processes import ROOT, free_port
 
 BEYOND = "(main => main.scrollWidth - main.clientWidth)(document.querySelector('main'))"
 
@@ -68,7 +67,7 @@ def test_readme__does_in_a_fresh_clone_what_it_says(
     if extent == "stand-in":  # this environment, and runs that cost nothing
         (clone / ".venv").symlink_to(sys.prefix)
         seconds = SHORT_SECONDS
-        surrounded |= {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.crash.support.chained"}
+        surrounded |= {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.service.support.chained"}
     reader = Reader(clone, surrounded, seconds)
     left: dict[Path, str] = {}
     changed: set[str] = set()

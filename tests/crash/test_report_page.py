@@ -16,7 +16,7 @@ from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared, claimed
 from tests.claims.rows import Row, at_most
-from tests.crash.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, look, opened, print_page, rows_of
+from tests.service.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, look, opened, print_page, rows_of
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 

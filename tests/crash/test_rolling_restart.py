@@ -1,12 +1,14 @@
 """Two services behind a proxy are restarted one after the other, and no request of their clients fails."""
 
+import asyncio
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +18,16 @@ import pytest
 from service.client.client import Client
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_least, equal
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.round_robin import round_robin
-from tests.crash.support.serving import Service
+from tests.service.support import inspection
+from tests.service.support.crash_test import CrashTest, Work, crash_test
+from tests.service.support.processes import free_port
+from tests.service.support.serving import Service
 
 WORK = Work(speeds=2, sweeps=1)
 ROUNDS = 2  # restarts of each service
 PAUSE = 1.5  # s, between two sweeps of a client: about as long as the two runs that are new take, and a publication
 LOOKERS, LOOK_PAUSE = 3, 0.02
+BLOCK = 1 << 16  # bytes that the proxy carries at a time
 
 
 class Counted(httpx.HTTPTransport):
@@ -145,3 +148,55 @@ def _uneven(here: CrashTest, clients: Clients) -> list[str]:
         for id in clients.ids
         if clients.streams.get(id) != [event.number for event in here.store.events.of_sweep(id)]
     ]
+
+
+# --- a proxy before both -----------------------------------------------------------------------------
+
+
+class RoundRobin:
+    """A proxy that gives each connection to the next of several services that takes it.
+
+    Its address, how many connections each port took, and how often one refused.
+    """
+
+    def __init__(self, ports: Sequence[int]):
+        self.url = f"http://127.0.0.1:{(port := free_port())}"
+        self.port = port
+        self.taken, self.refused = Counter[int](), 0
+        self._ports, self._turn = len(ports), cycle(ports)
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Carry one connection, until either side ends it."""
+        for port in (next(self._turn) for _ in range(self._ports)):
+            try:
+                there_reader, there_writer = await asyncio.open_connection("127.0.0.1", port)
+            except OSError:
+                self.refused += 1
+                continue
+            self.taken[port] += 1
+            await asyncio.gather(_carry(reader, there_writer), _carry(there_reader, writer))
+            return
+        writer.close()
+
+
+async def _carry(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    with suppress(OSError):
+        while block := await reader.read(BLOCK):
+            writer.write(block)
+            await writer.drain()
+    writer.close()
+
+
+@contextmanager
+def round_robin(ports: Sequence[int]) -> Iterator[RoundRobin]:
+    """A proxy of these ports, until the end of the block."""
+    proxy, loop = RoundRobin(ports), asyncio.new_event_loop()
+    thread = threading.Thread(target=loop.run_forever)
+    thread.start()
+    serving = asyncio.run_coroutine_threadsafe(asyncio.start_server(proxy.serve, "127.0.0.1", proxy.port), loop)
+    try:
+        serving.result()
+        yield proxy
+    finally:
+        loop.call_soon_threadsafe(loop.stop)
+        thread.join()

@@ -6,9 +6,9 @@ import pytest
 
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
-from tests.crash.support.serving import serving
-from tests.service.support.cluster import family
 from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support.processes import family
+from tests.service.support.serving import serving
 
 START_SECONDS = 60.0  # deadlines, for machines that are busy with something else
 SWEEP_SECONDS = 900.0  # each worker compiles kernels, where none are kept
@@ -37,7 +37,8 @@ def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> No
 
 
 def test_sigterm__ends_the_service_in_time_and_leaves_no_process(tmp_path: Path) -> None:
-    environment = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_TEST_SECONDS": "40"}
+    targets = "tests.service.support.targets"
+    environment = {"WHIPPLE_TARGETS_MODULE": targets, "WHIPPLE_TEST_SECONDS": "40", "WHIPPLE_WORKERS": "1"}
     with serving(tmp_path / "data", **environment) as busy:  # its runs take longer than it has to leave
         with busy.client() as client:
             sweep = client.submit(SMOKE)

@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,13 @@ from fastapi.sse import EventSourceResponse
 from service.api import conversions, reading
 from service.api.turns import PROBES
 from service.records.jobs import Keep, Scope
-from service.settings import Settings
-from service.store import Store
 from studies import observations
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_least, at_most, equal
-from tests.crash.support.crowd import answers_of, crowd
-from tests.crash.support.serving import Service
 from tests.service.support.api import SWEEP, every_route, sweep_of
-from tests.service.support.fakes import wait_until
+from tests.service.support.crowd import answers_of, crowd
+from tests.service.support.fakes import issue_key, wait_until
+from tests.service.support.serving import Service, serving
 
 STRICT = {"WHIPPLE_TRUST_LOOPBACK": "false", "WHIPPLE_WORKERS": "1", "WHIPPLE_QUOTA_REQUESTS": "1000000"}
 FAKES = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
@@ -43,16 +41,11 @@ LARGE = sweep_of(
 @contextmanager
 def served(place: Path, *names: str, **environment: str) -> Iterator[tuple[Service, dict[str, dict[str, str]]]]:
     """A service that asks everybody for a key, and the headers of some keys with the scope ``submit``."""
-    service = Service(place / "data", {**STRICT, **environment})
-    service.start()
-    try:
+    with serving(place / "data", **STRICT, **environment) as service:
         service.wait_until_ready()
-        with closing(Store.open(Settings(data=service.data).url, migrate=False)) as store:
-            keys = {name: store.keys.issue(name, [Scope.SUBMIT])[1] for name in (*names, "operator")}
-            keys["operator"] = store.keys.issue("operator", [Scope.ADMIN])[1]
+        keys = {name: issue_key(service.data, name, Scope.SUBMIT) for name in names}
+        keys["operator"] = issue_key(service.data, "operator", Scope.ADMIN)
         yield service, {name: {"Authorization": f"Bearer {key}"} for name, key in keys.items()}
-    finally:
-        service.kill()
 
 
 @contextmanager

@@ -17,10 +17,10 @@ import pytest
 from service.records.jobs import State
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_most, equal
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.serving import Service, http
+from tests.service.support import inspection
+from tests.service.support.crash_test import CrashTest, Work, crash_test
 from tests.service.support.fakes import wait_until
+from tests.service.support.serving import Service, http
 
 # Four runs.
 WORK = Work(speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0)

@@ -12,12 +12,11 @@ from pathlib import Path
 import pytest
 
 from service.records.jobs import State
+from tests import samples
 from tests.claims.marked import Compared, in_full
 from tests.claims.rows import Row, equal
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test
-from tests.crash.support.faults import KillMoment, Victim
-from tests.crash.support.object_store import object_store
+from tests.service.support import inspection
+from tests.service.support.crash_test import CrashTest, KillMoment, Victim, Work, crash_test
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261126"))
 WORK = Work(speeds=10, sweeps=1, run_seconds=0.6)  # each sweep after the first one has ten new runs
@@ -34,7 +33,8 @@ class Storm:
     victims: tuple[Victim, ...]
     postgresql: bool
     freezes: int
-    bucket: bool = False
+    bucket: str = ""  # what holds it, and the cluster, as features name them
+    cluster: str = ""
     kills: int = 25
 
     def strikes(self) -> list[tuple[Victim, float]]:
@@ -50,11 +50,13 @@ class Storm:
         return chance.sample(listed, len(listed))
 
 
+BUCKETS = samples.joined("BUCKETS", {"": nullcontext}, "service")
+CLUSTERS = samples.joined("CLUSTERS", {"": None}, "service")
 STORMS = {
     "local-sqlite": Storm(LOCAL, postgresql=False, freezes=8),
-    "local-postgresql-s3": Storm((*LOCAL, Victim.DATABASE), postgresql=True, freezes=7, bucket=True),
-    "dask-sqlite-s3": Storm(CLUSTER, postgresql=False, freezes=8, bucket=True),
-    "dask-postgresql": Storm((*CLUSTER, Victim.DATABASE), postgresql=True, freezes=7),
+    "local-postgresql-s3": Storm((*LOCAL, Victim.DATABASE), postgresql=True, freezes=7, bucket="s3"),
+    "dask-sqlite-s3": Storm(CLUSTER, postgresql=False, freezes=8, bucket="s3", cluster="dask"),
+    "dask-postgresql": Storm((*CLUSTER, Victim.DATABASE), postgresql=True, freezes=7, cluster="dask"),
 }
 
 
@@ -66,6 +68,7 @@ STORMS = {
             storm, marks=pytest.mark.claim("queue", "storm", minutes=4.0, short=name == "local-sqlite"), id=name
         )
         for name, storm in STORMS.items()
+        if storm.bucket in BUCKETS and storm.cluster in CLUSTERS
     ],
 )
 def test_storm__loses_doubles_and_holds_up_nothing(
@@ -73,12 +76,12 @@ def test_storm__loses_doubles_and_holds_up_nothing(
 ) -> None:
     """100 kills -9 and 30 freezes over both engines, both databases and S3 lose, double and hold up no run."""
     server = request.getfixturevalue("postgresql") if storm.postgresql else None
-    external, settings = Victim.WORKER in storm.victims, {"WHIPPLE_STALL_SECONDS": STALL_SECONDS}
+    cluster, settings = CLUSTERS[storm.cluster], {"WHIPPLE_STALL_SECONDS": STALL_SECONDS}
     work, moment = (WORK, KillMoment.ANY) if in_full() else (SHORT, KillMoment.CHECKPOINTED)
     settings |= {} if in_full() else {"WHIPPLE_WORKERS": "1"}  # each takes seconds of computing to start
     with (
-        object_store() if storm.bucket else nullcontext(),
-        crash_test(work, tmp_path, seed=SEED, external=external, server=server, settings=settings) as here,
+        BUCKETS[storm.bucket](),
+        crash_test(work, tmp_path, seed=SEED, cluster_in=cluster, server=server, settings=settings) as here,
     ):
         ids: list[str] = []
         took: dict[str, list[float]] = defaultdict(list)

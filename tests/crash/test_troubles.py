@@ -21,14 +21,13 @@ from service.records.jobs import Cause
 from studies.quantities.files import write_text
 from tests.claims.marked import Compared, in_full
 from tests.claims.rows import Row, equal
-from tests.crash.support import inspection
-from tests.crash.support.altered_serve import BRIEF
-from tests.crash.support.chained import FAILING
-from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
-from tests.crash.support.faults import KillMoment
-from tests.crash.support.serving import unmarked
+from tests.service.support import inspection
+from tests.service.support.altered_serve import BRIEF
+from tests.service.support.chained import FAILING
+from tests.service.support.crash_test import CrashTest, KillMoment, Work, crash_test, undisturbed
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
+from tests.service.support.processes import unmarked
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
@@ -135,8 +134,8 @@ def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, com
         compared(*_all_is_well(here, ids, tmp_path))
 
 
-@pytest.mark.claim("queue", "trouble-disk")
-@pytest.mark.claim("mend", "full-disk")
+@pytest.mark.claim("queue", "trouble-disk", minutes=0.3)
+@pytest.mark.claim("mend", "full-disk", minutes=0.3)
 def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
     settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}

@@ -1,11 +1,9 @@
 """Data of an older physics with half a sweep, opened by this version: what was accepted is finished, by one physics."""
 
 import json
-import sqlite3
 import subprocess
 import sys
 from collections.abc import Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +14,9 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
-from tests.crash.support.serving import ROOT, Service, http
 from tests.service.support.fakes import wait_until
+from tests.service.support.processes import ROOT
+from tests.service.support.serving import Service, http
 
 OLDER = "import solver\n\nsolver.PHYSICS_VERSION -= 1\n"  # of every Python process that finds it
 SPEEDS = ["3 km/s", "3.5 km/s", "4 km/s", "4.5 km/s", "5 km/s", "6 km/s"]
@@ -58,11 +57,6 @@ def of_the_older_physics(folder: Path) -> Mapping[str, str]:
     hook.mkdir()
     (hook / "sitecustomize.py").write_text(OLDER)
     return {"PYTHONPATH": f"{hook}:{ROOT}"}
-
-
-def ended(service: Service) -> None:
-    if service.is_alive():
-        service.leave()
 
 
 @pytest.mark.slow
@@ -107,42 +101,9 @@ def test_upgrade__of_the_physics_finishes_what_was_accepted(tmp_path: Path, comp
             equal("whipple status of all sweeps says so", expected=True, got=words in printed(service, "status")),
         )
     finally:
-        ended(service)
+        service.end()
 
 
 def physics_in(cube: Any) -> list[str]:
     """The versions of the physics that computed the runs of a cube."""
     return list(json.loads(cube.attrs["software"])["physics_version"])
-
-
-@pytest.mark.slow
-@pytest.mark.claim("mend", "upgrade-finishes", minutes=0.3)
-def test_upgrade__that_refuses_a_document_says_why(tmp_path: Path, compared: Compared) -> None:
-    """An accepted sweep with a parameter that the present version does not know fails, and names the parameter."""
-    service = Service(tmp_path / "data", {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"})
-    try:
-        service.start(**of_the_older_physics(tmp_path), WHIPPLE_TEST_RUN_GATE=str(tmp_path / "never"))
-        service.wait_until_listening()
-        id = service.submit(SWEEP)
-        service.kill()
-        rename_parameter(service.data / "whipple.db", "plate_thickness", "thickness_of_the_plate")
-        service.start()
-        service.wait_until_listening()
-        wait_until(lambda: status_of(service, id)["state"] == "failed", seconds=60.0)
-        status = status_of(service, id)
-        compared(
-            equal("its reason names the parameter", expected=True, got="thickness_of_the_plate" in status["reason"]),
-            equal("and the physics", expected=True, got=f"physics {PHYSICS_VERSION}" in status["reason"]),
-            equal("runs that failed", expected=0, got=status["counts"]["failed"]),
-        )
-    finally:
-        ended(service)
-
-
-def rename_parameter(database: Path, name: str, other: str) -> None:
-    """Let the accepted documents have a parameter by a name that this version does not know."""
-    with closing(sqlite3.connect(database)) as connection, connection:
-        [(id, text)] = connection.execute("SELECT id, document FROM sweeps").fetchall()
-        document = json.loads(text)
-        document["fixed"][other] = document["fixed"].pop(name)
-        connection.execute("UPDATE sweeps SET document = ? WHERE id = ?", (json.dumps(document), id))

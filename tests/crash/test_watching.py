@@ -9,9 +9,9 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.claims.marked import Compared
 from tests.claims.rows import at_least, equal
-from tests.crash.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
-from tests.crash.support.serving import Service, serving
 from tests.service.support.api import open_api, served
+from tests.service.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
+from tests.service.support.serving import Service, serving
 
 SWEEP = {
     "name": "watched",

@@ -11,7 +11,7 @@ from docs.pages.measurements import SCENARIOS
 from studies import measurements as measured
 from studies.cases import validation
 from tests.cases import verification
-from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
+from tests.service.support.browser import PATIENCE, WIDTHS, chromium, opened
 
 ROOT = DOCS.parent
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures

@@ -14,8 +14,6 @@ from tests.service.support.databases import Postgresql, postgresql_server
 from tests.service.support.fakes import put_empty_store
 from tests.service.support.harness import Harness, open_harness
 
-collect_ignore = ["support/changed_targets.py"]  # importing it changes a definition
-
 
 @pytest.fixture(autouse=True)
 def _loggers_as_before() -> Iterator[None]:

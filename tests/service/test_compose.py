@@ -21,8 +21,8 @@ import yaml
 from service.client.client import Client
 from service.settings import Settings
 from tests.service.support.api import SWEEP
-from tests.service.support.cluster import ROOT, ShellProcess, environment, free_port, patiently
 from tests.service.support.databases import Postgresql
+from tests.service.support.processes import ROOT, ShellProcess, environment, free_port, patiently
 
 FILE = ROOT / "compose.yaml"
 DOCUMENT: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))

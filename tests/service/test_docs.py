@@ -1,4 +1,4 @@
-"""What docs/service.md says is what there is: settings, commands, states, and links that lead somewhere."""
+"""What docs/service.md says is what there is: settings, commands and states; the build of the site checks links."""
 
 import re
 from pathlib import Path
@@ -21,11 +21,6 @@ def commands() -> set[str]:
     """Every subcommand, groups included."""
     group = typer.main.get_command(app)
     return set(group.commands)  # type: ignore[attr-defined]
-
-
-def anchor(heading: str) -> str:
-    """How a heading is linked to."""
-    return re.sub(r"[^a-z0-9 -]", "", heading.lower()).replace(" ", "-")
 
 
 def test_settings__are_all_there_with_their_defaults() -> None:
@@ -58,10 +53,3 @@ def test_commands__of_a_service_are_all_told_of() -> None:
 def test_words__of_the_service_are_explained(arguments: type) -> None:
     for word in arguments:  # type: ignore[attr-defined]
         assert f"`{word}`" in PAGE, word
-
-
-def test_links__lead_somewhere() -> None:
-    anchors = {anchor(item) for item in re.findall(r"^#+ (.*)$", PAGE, re.MULTILINE)}
-    for place in re.findall(r"\]\(([^)]+)\)", PAGE):
-        file, _, part = place.partition("#")
-        assert file or part in anchors, place

@@ -9,7 +9,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any, get_args
+from unittest.mock import AsyncMock
 
 import anyio
 import numpy as np
@@ -111,10 +113,14 @@ def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, co
     compared(equal("at the end", expected=api.http.get(report).text, got=api.http.get(f"{report}?partial=true").text))
 
 
-def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
+def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = f"/v1/sweeps/{api.submit()}/cube.nc"
     for lease in api.store.leases.take(2, api.term()):
-        api.store.leases.finish(lease, api.result(lease.id))  # "{}"
+        api.store.leases.finish(lease, api.result(lease.id))
+    ended = CompletedProcess([], 1, b"", f"KeyError in {api.settings.data}".encode())  # how the child ends
+    monkeypatch.setattr(anyio, "run_process", AsyncMock(return_value=ended))
     response = api.http.get(f"{file}?partial=true")
     assert response.status_code == 500
     assert "request_id" in response.json()["detail"]

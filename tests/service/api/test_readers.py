@@ -1,8 +1,6 @@
 """Child processes that read sweeps: what they refuse, what ends them, and who waits for whom."""
 
 import json
-import os
-import signal
 import time
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -18,6 +16,7 @@ from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared, claimed
 from tests.claims.rows import at_most
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
+from tests.service.support.parts import burn, die, fill, freeze, pid
 
 Use = Callable[[Readers], Awaitable[Any]]
 
@@ -29,29 +28,6 @@ def posted(document: Any) -> Posted:
 def ask(use: Use, **options: Any) -> Any:
     """What is made of the children, which end with the event loop."""
     return anyio.run(use, Readers(**options))
-
-
-def burn(_: Posted) -> int:
-    while True:
-        pass
-
-
-def fill(_: Posted) -> int:
-    return len([bytes(1 << 20) for _ in range(4096)])
-
-
-def die(_: Posted) -> int:
-    os.kill(os.getpid(), signal.SIGKILL)
-    return 0
-
-
-def freeze(_: Posted) -> int:
-    os.kill(os.getpid(), signal.SIGSTOP)
-    return 0
-
-
-def pid(_: Posted) -> int:
-    return os.getpid()
 
 
 def test_refusal__keeps_fields_values_limits_cures_and_pointers_between_processes() -> None:

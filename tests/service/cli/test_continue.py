@@ -14,7 +14,7 @@ from studies.sweeps.sweep import Sweep
 from tests.cases.cubes import computed
 from tests.service.support.command import run
 
-SOLVING = "tests.crash.support.solving"  # the solver, and reports without figures
+SOLVING = "tests.service.support.solving"  # the solver, and reports without figures
 
 SLOW, FAST = "1 km/s", "3 km/s"  # the crater of the slow projectile settles after 16 us, that of the fast after 21 us
 DOCUMENT = {

@@ -14,7 +14,6 @@ import pytest
 import xarray as xr
 
 from service.cli import remeasuring
-from service.cli.local import start_engine
 from service.cli.offline import without_services
 from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
@@ -24,11 +23,12 @@ from service.settings import Settings
 from service.store import Store
 from studies import measurements
 from studies.quantities.files import RESULT, STATE
+from studies.runs import execution
 from studies.sweeps.sweep import Sweep
 from tests.service.support.api import SWEEP
 from tests.service.support.changed_measurement import MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 from tests.service.support.command import run
-from tests.service.support.fakes import wait_until
+from tests.service.support.inline_service import compute_here
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -38,7 +38,7 @@ TINY = {
     "resolution": 4,
 }
 OTHER = {**TINY, "name": "other", "axes": {"speed": ["3 km/s"]}}  # one of the two runs of the first
-SOLVING = "tests.crash.support.solving"  # the solver, and reports without figures
+SOLVING = "tests.service.support.solving"  # the solver, and reports without figures
 RAISED = "tests.service.support.changed_targets"
 
 
@@ -76,11 +76,10 @@ class Solved:
 def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data directory with two sweeps that were solved and published; tests work on copies."""
     settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1, targets_module=SOLVING)
-    with closing(Store.open(settings.url)) as store:
-        for document in (TINY, OTHER):
-            store.sweeps.create(Submission(Sweep.parse(document)))
-        with holding(settings), start_engine(settings, store):
-            wait_until(lambda: Solved(settings, store).states() == {SweepState.SUCCEEDED})
+    with closing(Store.open(settings.url)) as store, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(execution, "Checkpointing", execution.Checkpointing)  # put back what the targets replace
+        sweeps = [store.sweeps.create(Submission(Sweep.parse(document))).id for document in (TINY, OTHER)]
+        compute_here(settings, store, *sweeps)
     return settings.data
 
 

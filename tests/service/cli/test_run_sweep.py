@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def settings_of(out: Path) -> Settings:
-    return settings_in(out / ".whipple", workers=2)
+    return settings_in(out / ".whipple", workers=1)  # each takes half a second of computing to start
 
 
 @dataclass

@@ -25,20 +25,10 @@ from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
 from tests.claims.marked import Compared
 from tests.claims.rows import at_most
-from tests.service.support.cluster import (
-    PRELOAD,
-    ROOT,
-    DaskCluster,
-    EngineUser,
-    attempt_in,
-    checkpoint_step,
-    environment,
-    patiently,
-    pid_of,
-    running,
-    serving,
-)
+from tests.service.dask.cluster import PRELOAD, DaskCluster, running, serving
+from tests.service.support.attempts import EngineUser, attempt_in, checkpoint_step, pid_of
 from tests.service.support.fakes import is_gone
+from tests.service.support.processes import ROOT, environment, patiently
 
 # A cluster takes four seconds of computing; the contract of engines (test_engine.py) has another in each make test.
 pytestmark = pytest.mark.claim("queue", "dask", minutes=0.3)

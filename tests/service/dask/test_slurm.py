@@ -5,15 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.service.support.cluster import (
-    DaskCluster,
-    ShellProcess,
-    attempt_in,
-    documented,
-    environment,
-    patiently,
-    serving,
-)
+from tests.service.dask.cluster import DaskCluster, documented, serving
+from tests.service.support.attempts import attempt_in
+from tests.service.support.processes import ShellProcess, environment, patiently
 
 # Stand in for Slurm: a job is a process in the background.
 SBATCH = """#!/bin/sh

@@ -11,7 +11,7 @@ from service.execution.local import LocalEngine
 from service.records.jobs import Cause
 from service.workers.supervisor import Supervisor
 from service.workers.timings import DEFAULT
-from tests.service.support.cluster import attempt_in, using
+from tests.service.support.attempts import attempt_in, using
 from tests.service.support.fakes import is_gone
 
 ONE_SLOT = partial(LocalEngine, 1)

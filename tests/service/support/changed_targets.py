@@ -7,7 +7,7 @@ solved any more: a run that is asked for all the same fails, and says so.
 from typing import Any
 
 from studies.runs.run import Run
-from tests.crash.support.chained import publish
+from tests.service.support.chained import publish
 from tests.service.support.changed_measurement import raise_the_version
 
 __all__ = ["Run", "execute", "publish"]

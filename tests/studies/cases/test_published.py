@@ -17,7 +17,7 @@ from studies.cases.validation import ValidationLevel
 from tests.cases.cubes import computed
 from tests.claims.marked import claimed
 from tests.claims.rows import Row
-from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
+from tests.service.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 
 BY_COMMAND = "elastic-bar"
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
@@ -39,7 +39,7 @@ def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None],
     """Every validation case holds on coarse grids."""
     # One by the command, without figures in its report, the others without its service and report, which cost most.
     if name == BY_COMMAND:
-        rows = _rows([name], "quick", tmp_path, targets_module="tests.crash.support.solving")
+        rows = _rows([name], "quick", tmp_path, targets_module="tests.service.support.solving")
     else:
         case, cubes = validation.load(name), {}
         for sweep_name, document in case.documents("quick").items():

@@ -12,7 +12,7 @@ from solver.checkpoints import Checkpointing
 from studies.runs import execution
 from studies.runs.results import RunResult
 from studies.runs.run import Run
-from tests.crash.support.chained import publish
+from tests.service.support.chained import publish
 
 __all__ = ["Run", "execute", "publish"]
 

@@ -11,7 +11,7 @@ from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
 from tests.service.support.command import run
 
-TEXT = (Path(__file__).parents[2] / "docs" / "decks.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[3] / "docs" / "decks.md").read_text(encoding="utf-8")
 [DECK] = re.findall(r"<<'END'\n(.*?)END\n", TEXT, re.DOTALL)
 COMMANDS = [
     shlex.split(line) for block in re.findall(r"```sh\n(whipple.*?)```", TEXT, re.DOTALL) for line in block.splitlines()

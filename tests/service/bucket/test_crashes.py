@@ -10,23 +10,18 @@ from signal import SIGKILL
 
 import httpx
 import pytest
-from fastapi.testclient import TestClient
 
-from service.api.app import build_app
 from service.client.connection import ServiceError
 from service.files.artifacts import Artifacts
-from service.queue import data_identity as identity
-from service.records.jobs import Keep, State
+from service.records.jobs import State
 from service.settings import Settings
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_least, equal
-from tests.crash.support import inspection
-from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
-from tests.crash.support.object_store import URL, ObjectStore, object_store
-from tests.service.support.api import ADDRESS, FakeDispatcher
-from tests.service.support.cluster import free_port
-from tests.service.support.fakes import runs_of, wait_until
-from tests.service.support.harness import open_harness
+from tests.service.bucket.object_store import URL, ObjectStore, object_store
+from tests.service.support import inspection
+from tests.service.support.crash_test import CrashTest, Work, crash_test, undisturbed
+from tests.service.support.fakes import wait_until
+from tests.service.support.processes import free_port
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=0.2)
 LONG = replace(WORK, run_seconds=3.0)  # some run is under way when the store stops
@@ -172,41 +167,6 @@ def test_bucket__that_is_away_for_a_while_loses_nothing(
         compared(here.row_of_processes())
 
 
-@pytest.mark.claim("doors", "bucket-rot", minutes=0.2)
-def test_object__that_rots_is_found_mended_and_never_served(
-    objects: ObjectStore, tmp_path: Path, compared: Compared
-) -> None:
-    """Flipped bits of objects are found in one pass and mended, from the disk or anew; none is served in between."""
-    with open_harness(tmp_path, artifacts=URL) as here:
-        identity.settle(here.settings, here.store)
-        here.artifacts = Artifacts.of(here.settings)
-        here.engine.free = 3
-        here.submit(runs_of(*["fine"] * 3), keep=Keep.FILM)
-        here.compute_all()
-        jobs = here.store.retention.files()
-        rotten = {file: job for job, file in jobs if file.name in ("state.npz", "result.json")}
-        for number, file in enumerate(rotten):
-            objects.flip(file.path)
-            if number % 2:  # the other copy is gone too
-                here.artifacts.path(file).unlink()
-        http = TestClient(build_app(here.settings, here.store, FakeDispatcher()), base_url=ADDRESS)
-        whole = {file.sha256 for file in rotten}
-
-        def served() -> list[str]:
-            answers = [http.get(f"/v1/runs/{job}/files/{file.name}") for file, job in rotten.items()]
-            return [each.url.path for each in answers if each.status_code == 200 and _digest(each.content) not in whole]
-
-        compared(equal("flipped objects that are served", expected=[], got=served()))
-        here.scrubber().step()
-        found = list(here.store.retention.scrub().whole[1:])
-        compared(equal("files, and damaged ones", expected=[len(jobs), len(rotten)], got=found))
-        compared(equal("flipped objects that are served after the pass", expected=[], got=served()))
-        here.compute_all()
-        here.scrubber().step()
-        found = list(here.store.retention.scrub().whole[1:])
-        compared(equal("the next pass", expected=[len(jobs), 0], got=found))
-
-
 @pytest.mark.claim("doors", "bucket-link", minutes=0.2)
 def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path: Path, compared: Compared) -> None:
     """A download is redirected to a signed link that works for whoever has it; the client refuses a damaged object."""
@@ -219,7 +179,11 @@ def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path
         [cube] = [file for file in inspection.files(here.store) if file.name == "cube.nc"]
         address = link.split("?")[0]
         compared(equal("where it leads", expected=True, got=address.endswith(f"/results/whipple/{cube.path}")))
-        compared(equal("digest of what is there", expected=cube.sha256, got=_digest(httpx.get(link).content)))
+        compared(
+            equal(
+                "digest of what is there", expected=cube.sha256, got=hashlib.sha256(httpx.get(link).content).hexdigest()
+            )
+        )
         unsigned = httpx.get(address).status_code
         compared(Row("status without the signature", "no success", unsigned, unsigned >= 400))
         objects.flip(cube.path)
@@ -228,10 +192,6 @@ def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path
         written = (tmp_path / "damaged" / "cube.nc").exists()
         compared(equal("damaged files that were written", expected=False, got=written))
         compared(here.row_of_processes())
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
 
 
 def _empty(here: CrashTest) -> None:

@@ -1,31 +1,27 @@
-"""``whipple serve`` as a process of its own, which can be killed and started again, and all that descends from it."""
+"""``whipple serve`` as a process of its own, which can be killed and started again."""
 
 import os
-import signal
 import subprocess
 import sys
-import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import httpx
 
 from service.client.client import Client
-from tests.crash.support import fault_points
-from tests.service.support.cluster import free_port
-from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support import fault_points
+from tests.service.support.fakes import wait_until
+from tests.service.support.processes import ROOT, free_port
 
-ROOT = Path(__file__).parents[3]
+SERVICE = ("-m", "service")
 ARMED = ("-m", fault_points.__name__)  # the program of a life that ends at a fault point
 START_SECONDS = 120.0  # deadlines, for machines that are busy with something else
 LEAVE_SECONDS = 30.0
 LAST_BYTES = 3000  # of the log, for whoever reads why a test failed
-MARK = "CRASH_TEST_OF"  # in the environment of every process of a tree
 
 
 @cache
@@ -41,7 +37,7 @@ class Service:
     data: Path
     environment: Mapping[str, str] = field(default_factory=dict)  # WHIPPLE_...
     name: str = "service"  # of its logs
-    program: tuple[str, ...] = ("-m", "service")
+    program: tuple[str, ...] = SERVICE
     port: int = field(default_factory=free_port)
     lives: int = 0
     process: "subprocess.Popen[bytes] | None" = None
@@ -130,79 +126,27 @@ class Service:
         self.process.terminate()
         return self.process.wait(LEAVE_SECONDS)
 
+    def end(self) -> None:
+        """Let it leave in order, or kill it when it does not in time."""
+        if self.is_alive():
+            try:
+                self.leave()
+            except subprocess.TimeoutExpired:
+                self.kill()
+                raise
+
     def _answers(self) -> bool:
         assert self.is_alive(), self.log_tail()
         return self.get("/livez") == 200
 
 
 @contextmanager
-def serving(data: Path, **environment: str) -> Iterator[Service]:
+def serving(data: Path, *program: str, **environment: str) -> Iterator[Service]:
     """A service that listens, until the end of the block."""
-    service = Service(data, environment)
-    service.start()
+    service = Service(data, environment, program=program or SERVICE)
     try:
+        service.start()
         service.wait_until_listening()
         yield service
     finally:
-        if service.is_alive():
-            service.leave()
-
-
-class ProcessTree:
-    """All that descends from what a block started, orphans included: a mark in the environment that they began with."""
-
-    def __init__(self, mark: str):
-        self._mark = f"{MARK}={mark}".encode()
-
-    def pids(self) -> set[int]:
-        """Those that live now; one that has ended and was not waited for has no environment."""
-        return {int(entry.name) for entry in Path("/proc").glob("[0-9]*") if self._has(entry)}
-
-    def left(self) -> set[int]:
-        """Those that do not end by themselves; the last helpers of a process see its end, and follow."""
-        with suppress(AssertionError):
-            wait_until(lambda: not self.pids())
-        return self.pids()
-
-    def end(self) -> None:
-        for pid in self.pids():
-            kill_and_wait(pid)
-        wait_until(lambda: not self.pids())
-
-    def _has(self, entry: Path) -> bool:
-        try:
-            return self._mark in (entry / "environ").read_bytes().split(b"\0")
-        except OSError:  # it ended while we looked, or is somebody else's
-            return False
-
-
-@contextmanager
-def process_tree() -> Iterator[ProcessTree]:
-    """Mark what is started in the block; nothing of it outlives the block."""
-    mark = uuid.uuid4().hex
-    tree = ProcessTree(mark)
-    try:
-        with patch.dict(os.environ, {MARK: mark}):
-            yield tree
-    finally:
-        tree.end()
-
-
-@contextmanager
-def unmarked() -> Iterator[None]:
-    """Start processes without the mark of a tree in the block, so that they outlive every tree."""
-    with patch.dict(os.environ):
-        os.environ.pop(MARK, None)
-        yield
-
-
-def kill_and_wait(pid: int) -> bool:
-    """Kill -9 a process, and wait until it has ended; whether it lived until then."""
-    if is_gone(pid):
-        return False
-    try:
-        os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        return False
-    wait_until(lambda: is_gone(pid))
-    return True
+        service.end()

@@ -3,7 +3,7 @@
 A text that is no whole request is sent, and nothing more, until the service ends the connection. What was answered is
 counted in the output, by the first line of the answer::
 
-    echo '{"port": 8000, "count": 64, "seconds": 3, "texts": ["GET / ..."]}' | python -m tests.crash.support.crowd
+    echo '{"port": 8000, "count": 64, "seconds": 3, "texts": ["GET / ..."]}' | python -m tests.service.support.crowd
 """
 
 import asyncio

@@ -9,10 +9,12 @@ from service.files.artifacts import OF_A_RUN, describe
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Kind, Submission
+from service.settings import Settings
+from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox
 from service.workers.warm_process import perform
 from studies.quantities.files import SWEEP_FILES
-from tests.crash.support import fault_points
+from tests.service.support import fault_points
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
 
@@ -41,8 +43,14 @@ def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
     fault_points.arm()
     settings = settings_in(data, disk_reserve=0)
     runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(runs_asked)]
-    with holding(settings), closing(open_store(settings)) as store:
+    with closing(open_store(settings)) as store:
         accepted = store.sweeps.create(Submission(sweep_of(runs), idempotency=KEY))
+        compute_here(settings, store, accepted.id)
+
+
+def compute_here(settings: Settings, store: Store, *sweeps: str) -> None:
+    """Work in this process until sweeps have ended."""
+    with holding(settings):
         dispatcher = Dispatcher(settings, store, open_engine=Inline)
-        while not store.sweeps.get(accepted.id).is_terminal:
+        while not all(store.sweeps.get(id).is_terminal for id in sweeps):
             dispatcher.tick()

@@ -10,26 +10,33 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from service.files.artifacts import Artifacts
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.store import Store
 from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
 from tests.claims.rows import Row, equal
-from tests.crash.support import inspection
-from tests.crash.support.faults import AttemptObserver, KillMoment, ObservedAttempt, Victim
-from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree, unmarked
-from tests.service.support.cluster import DaskCluster, ShellProcess, family, parent_of, running
+from tests.service.support import inspection
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support.processes import (
+    ProcessTree,
+    ShellProcess,
+    family,
+    kill_and_wait,
+    parent_of,
+    process_tree,
+    unmarked,
+)
+from tests.service.support.serving import Service
 
 WORKERS = 2
-MEMORY_LIMIT = "4GiB"  # of a run on a cluster
 FASTEST = 5.0  # km/s more than the slowest
 MOMENT_SECONDS = 120.0  # deadlines
 END_SECONDS = 1800.0
@@ -45,7 +52,7 @@ class Work:
     sweeps: int
     thicknesses: int = 2
     resolution: float = 4
-    targets: str = "tests.crash.support.chained"
+    targets: str = "tests.service.support.chained"
     run_seconds: float = 0.4  # of targets that only wait
 
     @property
@@ -97,6 +104,75 @@ def undisturbed(work: Work) -> tuple[Path, ...]:
     return tuple(cubes)
 
 
+class Victim(StrEnum):
+    RUN = "run"  # the warm process that computes it, or publishes
+    WORKER = "worker"  # of a cluster
+    SCHEDULER = "scheduler"  # the same
+    SERVICE = "service"
+    DATABASE = "database"  # the server, PostgreSQL
+
+
+class KillMoment(StrEnum):
+    ANY = "at random"
+    COMPUTING = "computing"
+    CHECKPOINTED = "checkpointed"
+
+
+@dataclass(frozen=True)
+class ObservedAttempt:
+    """An attempt under way, and the process that works at it, if one does."""
+
+    claim: Lease
+    pid: int | None
+    moments: frozenset[KillMoment]
+
+
+class AttemptObserver:
+    """Reads store and files for the attempts under way."""
+
+    def __init__(self, store: Store, artifacts: Artifacts):
+        self._store = store
+        self._artifacts = artifacts
+
+    def at(self, moment: KillMoment) -> list[ObservedAttempt]:
+        drawn = [self._target(claim) for claim in self._store.leases.held()]
+        return [attempt for attempt in drawn if moment in attempt.moments]
+
+    def _target(self, claim: Lease) -> ObservedAttempt:
+        folder = self._artifacts.attempt_directory(claim)
+        pid = _pid(folder / "pid")
+        moments = {KillMoment.ANY}
+        if claim.state is State.RUNNING and claim.kind is Kind.RUN and pid is not None:
+            has_checkpoint = self._artifacts.checkpoint(claim.id).is_file()
+            moments |= {KillMoment.COMPUTING, *([KillMoment.CHECKPOINTED] if has_checkpoint else [])}
+        return ObservedAttempt(claim, pid, frozenset(moments))
+
+
+def _pid(file: Path) -> int | None:
+    """The process that a file names, while it lives."""
+    try:
+        pid = int(file.read_text())
+    except (OSError, ValueError):
+        return None
+    return None if is_gone(pid) else pid
+
+
+class Cluster(Protocol):
+    """Processes beside a service in which its runs are computed."""
+
+    def start_workers(self, count: int, *, preload: str = "", **environment: str) -> ShellProcess: ...
+
+    def restart(self, count: int, **environment: str) -> None:
+        """Restart scheduler and workers that have died, as systemd does."""
+
+    def scheduler(self) -> ShellProcess: ...
+
+    def settings(self) -> dict[str, str]:
+        """Variables of a service that computes here."""
+
+    def end(self) -> None: ...
+
+
 @dataclass
 class CrashTest:
     """Services under test that share a store and a folder, and what is done to them."""
@@ -106,7 +182,7 @@ class CrashTest:
     tree: ProcessTree
     store: Store
     chance: random.Random
-    cluster: DaskCluster | None = None
+    cluster: Cluster | None = None
     server: Postgresql | None = None  # PostgreSQL, a victim of kills and freezes
     killed: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
 
@@ -193,12 +269,8 @@ class CrashTest:
     def _restart_cluster(self) -> None:
         """Restart scheduler and workers, as systemd does; a service must be alive."""
         assert self.service.is_alive(), self.service.log_tail()
-        if self.cluster is None:
-            return
-        if not _lives(self._scheduler()):
-            self.cluster.start_scheduler()
-        if not any(_lives(item) for item in self._of("workers")):
-            self.cluster.start_workers(WORKERS, **self.work.environment())
+        if self.cluster is not None:
+            self.cluster.restart(WORKERS, **self.work.environment())
 
     def _kill(self, victim: Victim, target: ObservedAttempt) -> bool:
         """Whether the victim lived until it was killed."""
@@ -210,7 +282,8 @@ class CrashTest:
             worker = parent_of(target.pid) if target.pid and not is_gone(target.pid) else 0
             return worker in self.tree.pids() and kill_and_wait(worker)
         if victim is Victim.SCHEDULER:
-            self._scheduler().kill()
+            assert self.cluster is not None
+            self.cluster.scheduler().kill()
             return True
         if victim is Victim.DATABASE:
             assert self.server is not None
@@ -240,7 +313,8 @@ class CrashTest:
         if victim is Victim.WORKER:
             return family(parent_of(target.pid)) if target.pid and not is_gone(target.pid) else []
         if victim is Victim.SCHEDULER:
-            return family(self._scheduler().process.pid)
+            assert self.cluster is not None
+            return family(self.cluster.scheduler().process.pid)
         if victim is Victim.DATABASE:
             assert self.server is not None
             return self.server.pids()
@@ -253,17 +327,6 @@ class CrashTest:
             attempts = [item for item in attempts if item.pid and not self.killed[item.claim.id]]
         return self.chance.choice(attempts) if attempts else None
 
-    def _of(self, name: str) -> list[ShellProcess]:
-        assert self.cluster is not None
-        return [item for item in self.cluster.processes if item.name.startswith(name)]
-
-    def _scheduler(self) -> ShellProcess:
-        return self._of("scheduler")[-1]
-
-
-def _lives(process: ShellProcess) -> bool:
-    return process.process.poll() is None and not is_gone(process.process.pid)
-
 
 @contextmanager
 def crash_test(
@@ -272,13 +335,13 @@ def crash_test(
     *,
     seed: int = 0,
     database_url: str | None = None,
-    external: bool = False,
+    cluster_in: Callable[[Path, int], AbstractContextManager[Cluster]] | None = None,
     count: int = 1,
     settings: Mapping[str, str] | None = None,
     server: Postgresql | None = None,
     **more: Any,
 ) -> Iterator[CrashTest]:
-    """A crash test of so many services on SQLite or another database, on this machine or with a cluster (``external``).
+    """A crash test of so many services on SQLite or another database, on this machine or with a cluster.
 
     ``settings`` are variables of the services (``WHIPPLE_...``), ``more`` fields of ``serving.Service``. With
     ``server`` the database is a new one of it, and it may be a victim.
@@ -291,10 +354,10 @@ def crash_test(
             database_url = ends.enter_context(server.database())
         if database_url is not None:
             environment["WHIPPLE_DATABASE_URL"] = database_url
-        if external:
-            cluster = ends.enter_context(running(folder / "cluster", 0))
+        if cluster_in is not None:
+            cluster = ends.enter_context(cluster_in(folder / "cluster", 0))
             cluster.start_workers(WORKERS, **environment)
-            environment |= _engine(cluster)
+            environment |= cluster.settings()
         services = [Service(folder / "data", environment, name=f"service-{n}", **more) for n in range(count)]
         for service in services:
             ends.callback(service.kill)
@@ -303,14 +366,3 @@ def crash_test(
         url = database_url or f"sqlite:///{services[0].data.absolute() / 'whipple.db'}"
         store = ends.enter_context(closing(Store.open(url, migrate=False)))
         yield CrashTest(work, services, tree, store, random.Random(seed), cluster, server)
-
-
-def _engine(cluster: DaskCluster) -> Mapping[str, str]:
-    remote = cluster.remote()
-    return {
-        "WHIPPLE_ENGINE": remote.address,
-        "WHIPPLE_TLS_CA": str(remote.ca),
-        "WHIPPLE_TLS_CERT": str(remote.certificate),
-        "WHIPPLE_TLS_KEY": str(remote.key),
-        "WHIPPLE_MEMORY_LIMIT": MEMORY_LIMIT,
-    }

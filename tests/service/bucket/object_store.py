@@ -1,6 +1,6 @@
 """A store of objects that speaks S3, in a process of its own on the loopback, which stops answering and goes on::
 
-    python -m tests.crash.support.object_store PORT
+    python -m tests.service.bucket.object_store PORT
 
 Each line of its stdin, ``stop`` or ``start``, is confirmed by a line on stdout; the objects stay until stdin ends.
 """
@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from unittest.mock import patch
 
 from service.bucket.bucket import ObjectBucket
-from tests.crash.support.serving import ROOT
-from tests.service.support.cluster import free_port
+from tests.service.support.processes import ROOT, free_port
 
 URL = "s3://results/whipple"
 CREDENTIALS = {"AWS_ACCESS_KEY_ID": "any", "AWS_SECRET_ACCESS_KEY": "other", "AWS_DEFAULT_REGION": "us-east-1"}

@@ -14,9 +14,8 @@ import psutil
 import yaml
 
 from tests.claims.rows import Row
-from tests.crash.support.serving import ROOT
-from tests.service.support.cluster import free_port
 from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support.processes import ROOT, free_port
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"[\w-]+\.(?:nc|html|json)\b")
