@@ -106,7 +106,7 @@ CLAIMED = "a row says running", lambda here: len(here.store.leases.held()) > 0
 UNREGISTERED = "an answer is complete, and no row names it", _has_unregistered_answer
 UNPUBLISHED = "cube and report are complete, and no row names them", _is_unpublished
 EXPECTED: Mapping[str, tuple[str, Callable[[FaultSite], bool]]] = {
-    "submission-before-commit": ("no sweep is there", lambda here: not here.store.queue.status().states),
+    "submission-before-commit": ("no sweep is there", lambda here: not here.store.sweeps.page().items),
     "submission-after-commit": ("it is accepted whole", _is_accepted),
     "claim-after-commit": CLAIMED,
     "claim-after-submit": CLAIMED,
