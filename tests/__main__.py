@@ -50,7 +50,7 @@ TESTS = {
 }
 # Seconds of imports, which the processes of the tests share: they are forked from this one.
 LIBRARIES = (
-    *("distributed", "fastapi.testclient", "hypothesis.stateful", "matplotlib.figure", "netCDF4", "numba", "pandas"),
+    *("fastapi.testclient", "hypothesis.stateful", "matplotlib.figure", "netCDF4", "numba", "pandas"),
     *("pint", "psutil", "rich.progress", "scipy.ndimage", "scipy.optimize", "scipy.stats", "sqlalchemy", "xarray"),
 )
 TYPES = Stage("types", 90, ["mypy", "solver", "studies", "service", "whipple"])  # of tests: make claims types

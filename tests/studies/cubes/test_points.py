@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from studies.convergence.richardson import Sample, converge
@@ -45,6 +46,10 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
 
 
+# --- points -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("finest_failed", [False, True])
 def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed: bool) -> None:
     outcomes = {}
     for point in SWEEP.runs():
