@@ -75,11 +75,15 @@ class ReadinessCheck:
         return None
 
     def _run(self, future: Future[Readiness]) -> None:
+        # The end is known before the outcome is: who sees that one may ask for the next check at once.
         try:
-            future.set_result(self._check())
+            readiness = self._check()
         except Exception as error:
+            self._ended = time.monotonic()
             future.set_exception(error.with_traceback(None))
-        self._ended = time.monotonic()
+        else:
+            self._ended = time.monotonic()
+            future.set_result(readiness)
 
     def _check(self) -> Readiness:
         self.store.ping()
