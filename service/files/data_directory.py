@@ -25,10 +25,12 @@ def holding(settings: Settings) -> Iterator[Path]:
     Raises DataInUse. Services that share a PostgreSQL database share the directory too: the
     database gives one of them the right to lead.
     """
-    # Of the directory and of the database, which may be elsewhere, beside the file itself, not a symbolic link to it.
-    locks = (settings.data / LOCK, _database_of(settings).with_suffix(".lock"))
+    locks: set[Path] = set()
+    if not settings.has_replicas:
+        # Of the directory and of the database, which may be elsewhere: beside the file itself, not a link to it.
+        locks = {(settings.data / LOCK).resolve(), _database_of(settings).with_suffix(".lock").resolve()}
     with ExitStack() as held:
-        for lock in [] if settings.has_replicas else sorted({lock.resolve() for lock in locks}):
+        for lock in sorted(locks):
             held.enter_context(_locked(lock))
         _make_private(settings)
         yield settings.data

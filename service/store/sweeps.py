@@ -265,8 +265,8 @@ class Sweeps:
         """These sweeps by their ids, in two statements for each thousand; unknown ones are left out."""
         with self._database.reading() as connection:
             queries = (SWEEP_ROWS.where(SWEEPS.c.id.in_(batch)) for batch in batches(ids))
-            rows = [row for query in queries for row in connection.execute(query)]
-            return {status.id: status for status in self._statuses(connection, rows)}
+            statuses = (self._statuses(connection, connection.execute(query).all()) for query in queries)
+            return {status.id: status for batch in statuses for status in batch}
 
     def get_with_files(self, id: str) -> tuple[SweepStatus, Sequence[str]]:
         """One sweep, and the names of the files that it has published; raises NotFound."""

@@ -70,7 +70,8 @@ def test_hard_link__is_refused_before_the_database_is_touched(
     assert database.stat().st_size == 0
 
 
-def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:
+def test_postgresql__several_services_share_a_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir("/")  # as systemd starts a service
     settings = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@localhost/none")
     with holding(settings), holding(settings):
         assert not (tmp_path / "whipple.lock").exists()
