@@ -13,7 +13,7 @@ import xarray as xr
 from xarray import Dataset
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
+from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL, SCHEMA_VERSION
 from studies.laws import critical
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
@@ -97,6 +97,8 @@ def open_cube(path: Path) -> xr.Dataset:
             loaded = dataset.load()
         if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
             raise ValueError("no sweep is in it")
+        if (version := int(loaded.attrs["schema_version"])) != SCHEMA_VERSION:
+            raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"
         raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None

@@ -333,6 +333,8 @@ def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[
 
 def setup_of(dataset: xr.Dataset) -> DrawnSetUp | None:
     """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
+    if dataset.attrs["scenario"] not in scenarios.names():  # of a feature that is gone
+        return None
     values = {name: _values_of(dataset, name) for name in json.loads(dataset.attrs["vocabulary"])["parameters"]}
     return setup(scenarios.load(dataset.attrs["scenario"]), values)
 

@@ -2,7 +2,8 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,9 @@ from studies.cubes.points import axes_of, by_run, main_quantities, places_of, pl
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
+from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import flags_in_words
+from studies.quantities.parameters import Plain
 from studies.reports.figures import of_runs
 from studies.reports.section import Part, Source
 from studies.reports.sections.runs import Audited, ListedRun, Runs
@@ -43,10 +46,17 @@ def setup_of(source: Source) -> Part:
             accuracy=str(document.get("accuracy") or ""),
             asked=document.get("fixed", {}),
             fixed=tuple(_fixed(dataset)),
-            doubts=tuple(doubtful_constants(Sweep.parse(document, ACCEPTED))),
+            doubts=_doubts(document),
             materials=tuple(_materials(dataset)),
         )
     )
+
+
+def _doubts(document: Mapping[str, Plain]) -> tuple[str, ...]:
+    """Doubts about the constants of a sweep; none of a sweep that is no longer read, as where its feature is gone."""
+    with suppress(InvalidInput):
+        return tuple(doubtful_constants(Sweep.parse(document, ACCEPTED)))
+    return ()
 
 
 def doubted_runs(dataset: xr.Dataset) -> np.ndarray:

@@ -151,6 +151,14 @@ def test_report__is_made_without_any_one_of_its_sections(taken: str, monkeypatch
         assert page.appendix(document)
 
 
+def test_report__is_made_where_the_feature_of_its_scenario_is_gone() -> None:
+    cube = fakes.cube_of(fakes.holes())
+    sweep = {**json.loads(cube.attrs["sweep"]), "scenario": "gone"}
+    document = report.report_of(cube.assign_attrs(scenario="gone", sweep=json.dumps(sweep))).as_json()
+    assert document["headline"]
+    assert not document["setup"]["doubts"]
+
+
 def test_pages__have_no_digit_of_their_own_and_load_nothing(shown: Page) -> None:
     assert re.findall(r"\d", shown.unmarked) == []
     beside = ("appendix.html", "report.html", "report.json")
