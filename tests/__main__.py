@@ -43,10 +43,11 @@ PYTEST = ("pytest", "-q", "--durations=5", "-W", "ignore::pytest.PytestAssertRew
 # take the same time.
 ENGINES = "tests/contracts/test_engine.py"
 WAITING = ["tests/crash", ENGINES, *(f"tests/service/{room}" for room in ("workers", "execution", "cli", "queue"))]
+WITH_SOLVER = ("tests/service/pages", "tests/service/store")  # beside those of the solver, which end first
 TESTS = {
     "crashes": WAITING,
-    "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
-    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", f"--ignore={ENGINES}"],
+    "service": ["tests/service", *(f"--ignore={path}" for path in (*WAITING, *WITH_SOLVER))],
+    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", *WITH_SOLVER, f"--ignore={ENGINES}"],
 }
 # Seconds of imports, which the processes of the tests share: they are forked from this one.
 LIBRARIES = (
