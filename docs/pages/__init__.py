@@ -27,7 +27,7 @@ from studies.runs.run import Run
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
-KeptRow = Mapping[str, Any]  # what a compared row states
+KeptRow = Mapping[str, Any]  # a row of a comparison as plain objects, as ``docs/results`` keeps it
 DIGITS = 8  # of numbers that are kept for a page, which shows fewer
 
 
@@ -97,7 +97,7 @@ def cell(text: str) -> str:
 
 
 def plain(stated: Mapping[str, Any]) -> KeptRow:
-    """What a row states, without its verdict and what it leaves out."""
+    """A row of a comparison without its verdict and without empty fields."""
     return {name: short(value) for name, value in stated.items() if name != "verdict" and value not in (None, "", {})}
 
 

@@ -67,7 +67,7 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
-    app.state.problem_page = None  # of the last routes that have one
+    app.state.problem_page = None  # makes the page of an error, where a feature with pages offers one
     app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()

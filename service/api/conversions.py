@@ -63,7 +63,7 @@ class FileOptions(TypedDict, total=False):
 
 
 class FileInputs(TypedDict, total=False):
-    """What a child makes a file of: results so far, or stored files."""
+    """The inputs of a file that a child process makes: results so far, or stored files."""
 
     document: Mapping[str, JsonValue]
     outcomes: Sequence[Outcome]

@@ -93,7 +93,7 @@ PostedDocument = Annotated[Posted, Depends(_posted)]
 
 
 async def in_child(request: Request, call: Callable[[*Given], Made], *given: *Given) -> Made:
-    """What a child process makes of arguments, for which the request waits without a turn; raises InvalidInput."""
+    """The result of a call in a child process; the request waits for it without a turn. Raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with waiting(request), readers.slot(request.state.caller.name):
         return await readers.run(call, *given)

@@ -170,8 +170,7 @@ def wait_again(connection: sa.Connection, lease: Lease, *conditions: sa.ColumnEl
 
 def lease_record(row: StatementRow) -> Lease:
     """A lease from a row with LEASE_COLUMNS."""
-    values = {field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__}
-    return Lease(**{**values, "spec": values["spec"] or {}})
+    return Lease(**{field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__})
 
 
 def _end(

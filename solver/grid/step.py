@@ -206,7 +206,7 @@ class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
     def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
-        self.problem = problem = problem if problem.shape else replace(problem, shape=Linear())
+        self.problem = problem = problem if problem.shape is not None else replace(problem, shape=Linear())
         self.pool, self.kernels = pool, Kernels()
         self.points = PointUpdate(problem, limits, shares)
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)

@@ -354,7 +354,7 @@ class Material:
     def from_resolved(plain: Mapping[str, Plain]) -> "Material":
         """The material that ``resolved()`` wrote down, without sources."""
         parts = {section: section_of(section, plain.get(section, {})) for section in SECTIONS}  # type: ignore[arg-type]
-        yields = tuple(YieldStress(**stress) for stress in plain["yield_stresses"])  # type: ignore
+        yields = tuple(YieldStress(**stress) for stress in plain["yield_stresses"])  # type: ignore[union-attr,arg-type]
         return Material(**{**plain, **parts, "yield_stresses": yields})  # type: ignore[arg-type]
 
     def document(self) -> dict[str, Plain]:

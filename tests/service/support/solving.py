@@ -21,5 +21,5 @@ BETWEEN = 0.1  # s; a checkpoint lies behind nearly every kill, so that runs are
 
 def execute(run: Run, directory: Path, *arguments: Any, **options: Any) -> RunResult:
     (directory / "pid").write_text(str(os.getpid()))
-    execution.Checkpointing = partial(Checkpointing, seconds_between=BETWEEN)  # type: ignore
+    execution.Checkpointing = partial(Checkpointing, seconds_between=BETWEEN)  # type: ignore[misc,assignment]
     return execution.execute(run, directory, *arguments, **options)
