@@ -33,7 +33,7 @@ LATER = {
     "contact": "as friction",
     "artificial_stress": "particles have to be in tension",
 }
-# A preset is told by what it fills in; a film shows a run and does not change it.
+# They change no state: a preset is told by what it fills in, and a film shows a run.
 NO_CONTENT = ("recipe", "film_interval")
 # Bars are those of meshes.
 SMOOTHED = samples.joined("SMOOTHED", {"elastic_bar": {"section": "square", "wall": "symmetric"}})

@@ -69,12 +69,6 @@ class Touch:
         return end - begin
 
 
-def contact_and_rebound(recipe: Recipe) -> tuple[float, float]:
-    """Relative error of the time in contact, and the momentum after the rebound (of that before)."""
-    touch = _touch(recipe)
-    return touch.duration(0.5 * _plateau(WALL_SPEED)) / TRANSIT - 1.0, touch.rebound
-
-
 @case(
     "bar-contact",
     says="a bar stays at the wall for 2 L / c within 3 %, leaves with 0.93 of its momentum, and is never pulled",

@@ -68,17 +68,6 @@ def _plane_rows(line: ColumnProfile, cells: int) -> Iterator[Row]:
     )
 
 
-def gated_errors(recipe: Recipe) -> dict[str, float]:
-    """The largest error of each gate as a part of its tolerance; without the whole plateau, a later gate.
-
-    The study of recipes is made with these.
-    """
-    line = profile(simulate(_plane(CELLS, recipe)).snapshot, 0)
-    inner = _rows("plane", Noh(1), line, CELLS, (PLANE_FRONT, PLANE_PLATEAU))
-    rows = (*inner, *_axis_rows(recipe))
-    return {row.claim: row.error / row.tolerance for row in rows if row.tolerance}
-
-
 def _axis_rows(recipe: Recipe) -> Iterator[Row]:
     """Gas against an axis."""
     line = profile(simulate(_revolved(2, CELLS, recipe)).snapshot, 0)
