@@ -177,7 +177,7 @@ def _own_materials(raw: Plain, findings: Findings) -> dict[str, Material]:
     if raw is None:
         return {}
     if not isinstance(raw, Mapping):
-        raise refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/materials.md")
+        raise refusal(OWN_MATERIALS, raw, "a mapping from names to materials", "see docs/faq.md")
     read = {
         str(name): findings.attempt(read_own, stated, join(OWN_MATERIALS, name), str(name))
         for name, stated in raw.items()

@@ -170,6 +170,8 @@ class Numerics:
             idle |= {"shape", "step_rule"}
         if not self.damping_rate:
             idle.add("damping_order")
+        if self.friction and self.contact not in CRITERIA:
+            idle.discard("friction")  # ``check`` refuses it
         return replace(self, **dict.fromkeys(idle))  # type: ignore[arg-type]
 
     def check(self, end_time: float | None, method: MethodChoice = ON_GRID) -> list[Finding]:

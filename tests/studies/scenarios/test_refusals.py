@@ -71,6 +71,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("thin_plate", {"obliquity": 0.3}, "obliquity", "set geometry to half"),
     ("thin_plate", {"geometry": "half", "yaw": 0.1}, "yaw", "use a cylinder"),
     ("thin_plate", {"friction": 0.1}, "friction", "set contact to bardenhagen"),
+    ("taylor_bar", {"friction": 0.1}, "friction", "set contact to bardenhagen"),
     ("thin_plate", {"film_interval": 1e-12}, "film_interval", "a thousandth of the run"),
     ("thick_plate", {"target_depth": 7e-3}, "target_depth", "at least 1 of the projectile's diameter"),
     ("thick_plate", {"edges": "absorbing", "target_depth": 0.04}, "target_radius", "choose other edges"),
