@@ -34,7 +34,7 @@ def validated(
             comparisons.append(comparison)
             yield case.name, comparison
         done.append(ComputedCase(case, comparisons, cubes))
-    write_page(done, level, out)
+        write_page(done, level, out)
 
 
 def _computed(

@@ -56,7 +56,7 @@ class ComputedCase:
         """Name and report of each of its sweeps."""
         return [(name, f"{self.case.name}/{name}/{REPORT_HTML}") for name in self.cubes]
 
-    @property
+    @cached_property
     def drawn(self) -> list[tuple[str, Markup]]:
         """Title and drawing of each of its pictures."""
         return [(picture.title, Markup(draw(picture))) for picture in self.case.pictures(self.cubes)]

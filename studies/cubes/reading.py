@@ -97,7 +97,7 @@ def open_cube(path: Path) -> xr.Dataset:
             loaded = dataset.load()
         if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
             raise ValueError("no sweep is in it")
-        if (version := int(loaded.attrs["schema_version"])) != SCHEMA_VERSION:
+        if (version := int(loaded.attrs.get("schema_version", 0))) != SCHEMA_VERSION:
             raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"

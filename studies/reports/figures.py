@@ -106,7 +106,8 @@ def _caption(name: str, **told: int) -> str:
 
 def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     """Simulation, laws and measured shots over the abscissa, a panel for each other value."""
-    near = _in_colour(comparison, name)
+    alone = _alone(comparison, name)
+    near = list(dict.fromkeys([*alone, *(law.law for law in _nearest(comparison, name))]))[:NEAREST]
     panels = tuple(
         Panel(
             piece.title,
@@ -131,6 +132,7 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
             points=int(valued.sum()),
             unknown=int((valued & np.isnan(view.error_bars(name))).sum()),
             has_laws="law" in kinds,
+            is_alone=bool(alone),
             has_gaps="missing" in kinds,
             left_out=view.left_out,
         ),
@@ -140,19 +142,17 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     )
 
 
-def _in_colour(comparison: Comparison, name: str) -> list[str]:
-    """Labels of the laws that are nearest to the simulation, with the one that alone gives what was measured."""
-    laws = _nearest(comparison, name)
+def _alone(comparison: Comparison, name: str) -> list[str]:
+    """The label of the only law that gives what was measured; none where several do, or no shot was measured."""
     reaching = {
         law.law
         for shot in comparison.shots
         if shot.quantity == name
-        for law in laws
+        for law in _nearest(comparison, name)
         for at in law.points
         if at.at == shot.point and at.law is not None and shot.ends[0] <= at.law <= shot.ends[1]
     }
-    first = [*reaching] if len(reaching) == 1 else []
-    return list(dict.fromkeys([*first, *(law.law for law in laws)]))[:NEAREST]
+    return [*reaching] if len(reaching) == 1 else []
 
 
 def _nearest(comparison: Comparison, name: str) -> list[Judgement]:
