@@ -72,10 +72,10 @@ class Leader:
         clock = ClockWatch(settings, store)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
         scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._keepers: list[Keeper] = [scrubber]  # one of a bucket lets the scrubber take its steps
-        if self._artifacts.bucket is not None:
-            keepers = [point.load() for point in points("service.queue.keepers")]
-            self._keepers = [keeper(settings, store, self._artifacts, clock, scrubber) for keeper in keepers]
+        makers = [] if self._artifacts.bucket is None else [point.load() for point in points("service.queue.keepers")]
+        # The keeper of a bucket lets the scrubber take its steps.
+        keepers: list[Keeper] = [make(settings, store, self._artifacts, clock, scrubber) for make in makers]
+        self._keepers = keepers or [scrubber]
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()

@@ -80,7 +80,10 @@ def test_engine__only_with_a_port(address: str, certificates: dict[str, Any]) ->
     [
         ({"engine": "tcp://a:8786"}, "no engine serves tcp://; there are: tls://"),
         ({"engine": ""}, "no engine serves ://"),
-        ({"artifacts": "nonesuch://bucket"}, "no store of files serves nonesuch://; there are: az://, file://"),
+        (
+            {"artifacts": "nonesuch://bucket"},
+            "no store of files serves nonesuch://; there are: abfs://, abfss://, az://",
+        ),
     ],
 )
 def test_address__of_a_scheme_that_nothing_serves_is_refused(given: dict[str, Any], says: str) -> None:
