@@ -465,7 +465,7 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     """
     sizes = [body.mass.size for body in problem.bodies]
     explosive = any(body.lighting is not None for body in problem.bodies)
-    remembers = any(map(_remembers, problem.bodies))
+    remembers = problem.audits_heat or any(map(_remembers, problem.bodies))
     table, begin = empty_table(sum(sizes), burns=explosive, remembers=remembers), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)

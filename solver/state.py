@@ -14,13 +14,16 @@ LINE = 8  # numbers of a line
 
 # Rows of the table of particles.
 X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
-S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE = range(11, 20)
-NEW_X, NEW_Y, NEW_Z = range(20, 23)  # positions at n+1 while those at n are still needed
-ROWS = 23
+S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE, PARTED, GROWN = range(11, 22)
+NEW_X, NEW_Y, NEW_Z = range(22, 25)  # positions at n+1 while those at n are still needed
+ROWS = 25
 # Behind those of all matter. Of explosives: the time at which the detonation arrives.
 LIGHTING = ROWS
 # Of matter whose damage weakens it, or whose plastic work is not all heat: ``PointState`` says what they are.
 HARDENED, STORED = ROWS + 1, ROWS + 2
+# Where an audit asks what heated matter: work of shear, of tension and of viscosity since the start, J/kg.
+SHEARED, PULLED, DAMPED = ROWS + 3, ROWS + 4, ROWS + 5
+LONGEST = ROWS + 6  # rows of a table that has all of them
 
 
 class Particles(NamedTuple):
@@ -37,6 +40,10 @@ class Particles(NamedTuple):
     plastic_strain: np.ndarray  # (n,)
     temperature: np.ndarray  # (n,) K
     damage: np.ndarray  # (n,) 0 whole .. 1 failed
+    parted: (
+        np.ndarray
+    )  # (n,) 1/s, rate of growth of the volume, or of shear, with which voids linked; 0 while none are open
+    grown: np.ndarray  # (n,) logarithm of the factor by which plastic flow has made voids grow
     number: np.ndarray  # (n,) permanent, int64
     alive: np.ndarray  # (n,) 1 on the grid, 0 once it has left, uint8
 
@@ -61,7 +68,9 @@ class Departed(NamedTuple):
     plastic_strain: np.ndarray  # (k,)
     temperature: np.ndarray  # (k,) K
     damage: np.ndarray  # (k,) 0 whole .. 1 failed
-    remembered: np.ndarray  # (k, 2) rows HARDENED and STORED of the table; 0 where matter does not remember
+    parted: np.ndarray  # (k,) 1/s, as of ``Particles``
+    grown: np.ndarray  # (k,) as of ``Particles``
+    remembered: np.ndarray  # (k, 5) rows HARDENED to DAMPED of the table; 0 where matter does not remember
 
 
 class Arrivals(NamedTuple):
@@ -69,7 +78,7 @@ class Arrivals(NamedTuple):
 
     time: np.ndarray  # (k,) s
     body: np.ndarray  # (k,) index of its body
-    table: np.ndarray  # (STORED + 1, k) the state at that time, in the rows of a table
+    table: np.ndarray  # (LONGEST, k) the state at that time, in the rows of a table
 
 
 def empty_table(count, *, burns=False, remembers=False):
@@ -77,7 +86,7 @@ def empty_table(count, *, burns=False, remembers=False):
 
     With an explosive among the bodies it has the row ``LIGHTING`` too, with matter that remembers those behind it.
     """
-    return np.zeros((STORED + 1 if remembers else ROWS + burns, count))
+    return np.zeros((LONGEST if remembers else ROWS + burns, count))
 
 
 def views(table, number=None, alive=None):
@@ -99,6 +108,8 @@ def views(table, number=None, alive=None):
         plastic_strain=table[STRAIN],
         temperature=table[KELVIN],
         damage=table[DAMAGE],
+        parted=table[PARTED],
+        grown=table[GROWN],
         number=number,
         alive=alive,
     )
@@ -127,19 +138,19 @@ def lines(count, *, sparse=False):
 
 
 def records(time, particles, body, index, remembered=None):
-    """The records of particles (indices) that depart at a time (s); ``remembered`` (2, n) where matter remembers."""
+    """The records of particles (indices) that depart at a time (s); ``remembered`` (5, n) where matter remembers."""
     last = {name: getattr(particles, name)[index] for name in Particles._fields if name in Departed._fields}
-    kept = np.zeros((len(index), 2)) if remembered is None else remembered[:, index].T
+    kept = np.zeros((len(index), LONGEST - HARDENED)) if remembered is None else remembered[:, index].T
     return Departed(body=body[index], time=np.full(len(index), time), remembered=kept, **last)
 
 
 def remembered_in(table):
-    """The rows HARDENED and STORED of a table (2, n), None where its matter does not remember."""
+    """The rows HARDENED to DAMPED of a table (5, n), None where its matter does not remember."""
     return table[HARDENED:] if table.shape[0] > HARDENED else None
 
 
 def columns(departed):
-    """The records of departures as columns of a table (STORED + 1, k), each as it was when it departed."""
+    """The records of departures as columns of a table (LONGEST, k), each as it was when it departed."""
     table = empty_table(departed.number.size, remembers=True)
     particles = views(table)
     for name in Particles._fields:
@@ -166,4 +177,4 @@ class Snapshot(NamedTuple):
     body: np.ndarray  # (n,) index of each particle's body
     departed: Departed = NONE_DEPARTED
     waiting: float = 0.0  # mass that is still to join, kg (per radian in axisymmetry)
-    remembered: np.ndarray | None = None  # (2, n) as in ``Departed``
+    remembered: np.ndarray | None = None  # (5, n) as in ``Departed``

@@ -42,6 +42,7 @@ class Flight(NamedTuple):
     """What flies from one grid to the next, and the books of everything else."""
 
     arrivals: Arrivals  # their times on the clock of the next stage
+    number: np.ndarray  # (k,) of each arrival, its number in the stage that it left
     books: Books
     missed: float  # mass that flies past the next grid, or comes too late to its own, kg (per radian in axisymmetry)
     ahead: float  # time by which the clock of the next stage is later than that of this flight, s
@@ -75,6 +76,7 @@ def fly(
     ahead = snapshot.time - float(time[0]) if time.size else 0.0
     return Flight(
         arrivals=Arrivals(time + ahead, departed.body[which], arriving),
+        number=departed.number[which],
         books=replace(
             books,
             ledger=replace(ledger, expanding=books.ledger.expanding + expanding),

@@ -41,6 +41,10 @@ THINNEST_SOLID = 0.93
 
 # Steps of the classical Runge-Kutta rule in each half of a release.
 RELEASE_STEPS = 24
+# Solid share below which melting matter bears no tension. Mizukami, Shirai and Yamanaka (2006), ISIJ Int. 46, 1040:
+# strength and ductility of steel end at a solid share of 0.8, whatever its alloy. In between it is taken as linear.
+SKELETON = 0.8
+LEAST_SPAN = 1.0  # K: the temperature of a pure metal tells how much of it has melted too
 SLOWEST = 0.2  # of c0, in a release: matter that boils has hardly any sound, and is molten long before
 
 
@@ -53,19 +57,26 @@ class MeltingCurve(NamedTuple):
     thinnest: Dimensionless = 1.0  # density ratio below which it is constant
     fusion: Kelvin = 0.0  # L / cv
     lowest: Kelvin = 0.0  # no melting point lies below
+    # Matter that melts over a range, at the density of the anchor; with a span of 0 it melts at one temperature.
+    solidus: Kelvin = 0.0
+    span: Kelvin = 0.0  # liquidus less solidus
 
 
-def lindemann(eos, melt_temperature, a, *, fusion=0.0, density_ratio=None):
+def lindemann(eos, melt_temperature, a, *, fusion=0.0, density_ratio=None, liquidus=None):
     """The curve of an equation of state through a melting point (K), by default at no pressure.
+
+    With a ``liquidus`` (K) matter begins to melt at the melting point, and ends there, a kelvin later at least.
 
     Matter whose heat hardly stretches it (gamma0 of 1/3 or less) has no such rule: its melting point is constant.
     """
     gamma0 = pressure_terms(eos, reference_density(eos), 0.0)[1] / reference_density(eos)
+    solidus, span = (0.0, 0.0) if liquidus is None else (melt_temperature, max(liquidus - melt_temperature, LEAST_SPAN))
     if a is None or gamma0 <= 1.0 / 3.0:
-        return MeltingCurve(fusion=fusion)
+        return MeltingCurve(fusion=fusion, solidus=solidus, span=span)
     anchor = density_ratio or stretched(eos, eos.heat_capacity * (melt_temperature - eos.temperature))
     thinnest = min(THINNEST_SOLID, anchor) if density_ratio else anchor
-    curve = MeltingCurve(float(a), float(2.0 * (gamma0 - a - 1.0 / 3.0)), anchor, thinnest, fusion)
+    exponent = float(2.0 * (gamma0 - a - 1.0 / 3.0))
+    curve = MeltingCurve(float(a), exponent, anchor, thinnest, fusion, solidus=solidus, span=span)
     return curve._replace(lowest=float(melt_temperature * _growth(curve, 0.0)))
 
 
@@ -96,22 +107,52 @@ def _growth(curve, density_ratio):
 
 
 @device
+def growth(matter, density_ratio):
+    """The melting point at rho / rho0 over that at the density of the anchor."""
+    if matter.melting.a == 0.0:
+        return alike(1.0, density_ratio)
+    return _growth(matter.melting, density_ratio)
+
+
+@device
 def with_fusion(matter, kelvin, density_ratio):
     """The temperature in K of matter to which its equation of state gives ``kelvin``, less its heat of fusion."""
-    if matter.melting.fusion == 0.0 or not anywhere(kelvin > matter.melting.lowest):
+    curve = matter.melting
+    if curve.fusion == 0.0 or not anywhere(kelvin > curve.lowest):
         return kelvin
-    return minimum(kelvin, maximum(kelvin - matter.melting.fusion, melting_point(matter, density_ratio)))
+    if curve.span == 0.0:
+        return minimum(kelvin, maximum(kelvin - curve.fusion, melting_point(matter, density_ratio)))
+    grown = growth(matter, density_ratio)
+    solidus, span = curve.solidus * grown, curve.span * grown
+    melting = solidus + (kelvin - solidus) * span / (span + curve.fusion)
+    return minimum(kelvin, maximum(kelvin - curve.fusion, melting))
+
+
+@device
+def coherence(matter, kelvin, density_ratio):
+    """Part 0..1 of its cold strength that melting leaves to matter at a temperature (K) and rho / rho0.
+
+    1 up to the solidus, and falls with the solid share to 0 where solid does not hang together. Matter that melts at
+    one temperature has all of it: there its laws end strength and tension themselves.
+    """
+    curve = matter.melting
+    if curve.span == 0.0:
+        return alike(1.0, kelvin)
+    grown = growth(matter, density_ratio)
+    molten = (kelvin * (1.0 / grown) - curve.solidus) * (1.0 / curve.span)
+    return minimum(maximum(1.0 - molten * (1.0 / (1.0 - SKELETON)), 0.0), 1.0)
 
 
 def onset_of_melting(matter):
     """Specific energy in J/kg with which matter at no pressure begins to melt; infinite where it never does."""
-    eos, energy = matter.eos, 0.0
+    eos, energy, curve = matter.eos, 0.0, matter.melting
     if not np.isfinite(matter.melt_temperature) or not np.isfinite(eos.heat_capacity):
         return np.inf
     for _ in range(ITERATIONS):
         ratio = stretched(eos, energy)
         cold = temperature_at(eos, ratio * reference_density(eos), 0.0)
-        energy = eos.heat_capacity * (melting_point(matter, ratio) - cold)
+        melt = curve.solidus * growth(matter, ratio) if curve.span else melting_point(matter, ratio)
+        energy = eos.heat_capacity * (melt - cold)
     return float(energy)
 
 
@@ -120,7 +161,7 @@ def melted_mass(matter, residual, mass):
     onset = onset_of_melting(matter)
     if not np.isfinite(onset):
         return 0.0
-    share = melted_share(residual, onset, matter.melting.fusion * matter.eos.heat_capacity)
+    share = melted_share(residual, onset, (matter.melting.fusion + matter.melting.span) * matter.eos.heat_capacity)
     return float((mass * share).sum())
 
 

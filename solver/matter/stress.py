@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from solver.jit import device
 from solver.matter.eos import (
+    density_at_rest,
     reference_density,
     reference_sound_speed,
     solve_pressure,
@@ -24,9 +25,9 @@ from solver.matter.failure import (
     void_fraction,
     weakens,
 )
-from solver.matter.melting import melting_point, with_fusion
+from solver.matter.melting import coherence, melting_point, with_fusion
 from solver.matter.strength import hardening, rate_and_heat, stiffness, stored_part, under_pressure
-from solver.matter.tension import pressure_floor
+from solver.matter.tension import linking, opens_by_flow, pressure_floor, void_growth
 from solver.matter.tensor import (
     Jaumann,
     added,
@@ -71,14 +72,19 @@ class PointState(NamedTuple):
     # Plastic strain, each increment times the integrity of its time, where damage weakens: r of the hardening.
     hardened: float = 0.0
     stored: float = 0.0  # plastic work that did not become heat, J/kg
+    parted: float = 0.0  # rate of growth of volume, or of shear, with which voids linked, 1/s; 0 while closed
+    grown: float = 0.0  # logarithm of the factor by which plastic flow has made voids grow
 
 
 class Acts(NamedTuple):
-    """Which safeguards acted on a point in a step."""
+    """Safeguards that acted on a point in a step, and parts of its work, J/kg."""
 
     tension_floor: bool
     molten: bool
     unstable: bool
+    sheared: float
+    pulled: float
+    damped: float
 
 
 @device
@@ -95,6 +101,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     per_time = 1.0 / dt
     density_ratio = old.density * (1.0 / reference_density(matter.eos))
     homologous = homologous_temperature(matter, old.temperature, density_ratio)
+    coherent = coherence(matter, old.temperature, density_ratio)
+    apart = old.parted > 0.0
 
     shape_change = deviator(strain, trace)
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
@@ -105,7 +113,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     strength = under_pressure(matter.strength, matter.eos, density, old.energy)
     left = integrity(matter.failure, old.damage)
     hardened = old.hardened if weakens(matter.failure) else old.plastic_strain
-    factor = rate_and_heat(strength, rate, homologous, stiff) * left
+    factor = rate_and_heat(strength, rate, homologous, stiff) * left * where(apart, 0.0, coherent)
     new_deviator, slip = return_to_yield(strength, trial, modulus, hardened, factor, left)
     equivalent = equivalent_stress(new_deviator)
     stored = old.stored
@@ -122,8 +130,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     expansion = (ratio - 1.0) * per_mass
     known = energy + 0.5 * contract(new_deviator, shape_change) * per_mass
     known = known - 0.5 * viscosity.heating * q * expansion
-    floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
-    floor = alike(floor, density)
+    floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous, coherent))
+    floor = where(apart, 0.0, floor)
     if opens(matter.failure):
         voids = void_fraction(matter.failure, old.damage)
         pressure = pressure_around_voids(matter.eos, voids, density, known, expansion, energy, floor)
@@ -131,7 +139,14 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
     borne = maximum(pressure, floor)
     loading = PointLoading(
-        old.plastic_strain + slip, slip, borne, -borne / maximum(equivalent, LEAST_STRESS), rate, homologous, dt
+        old.plastic_strain + slip,
+        slip,
+        borne,
+        -borne / maximum(equivalent, LEAST_STRESS),
+        rate,
+        homologous,
+        dt,
+        coherent,
     )
     damage = grown_damage(matter.failure, old.damage, loading)
     if opens(matter.failure):
@@ -153,8 +168,23 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         empty = solve_pressure(matter.eos, density, known, expansion, energy, floor)
         pressure = where(failed, empty, pressure)
         slip = where(failed & (old.damage >= 1.0), 0.0, slip)
-    acts = Acts(pressure < floor, homologous >= 1.0, sound < 0.0)
+    parted, grown = old.parted, old.grown
+    if linking(matter.tension) < 1.0:  # closed again, matter is whole
+        grown = grown + void_growth(matter.tension, loading)
+        opened = density < (1.0 - linking(matter.tension)) * density_at_rest(matter.eos, known)
+        opened = opened | opens_by_flow(matter.tension, grown)
+        parted = where(apart, parted, where(opened, maximum(trace * per_time, rate), 0.0))
+        parted = where(pressure < 0.0, parted, 0.0)
+    is_floored = pressure < floor
     pressure = maximum(pressure, floor)
+    acts = Acts(
+        is_floored,
+        (homologous >= 1.0) | (coherent <= 0.0),
+        sound < 0.0,
+        0.5 * (contract(old.deviator, shape_change) + contract(new_deviator, shape_change)) * per_mass,
+        0.5 * (maximum(-old.pressure, 0.0) * trace * per_mass + maximum(-pressure, 0.0) * expansion),
+        -0.5 * viscosity.heating * (old.viscosity * trace * per_mass + q * expansion),
+    )
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
     kelvin = temperature_at(matter.eos, density, present - stored)
     new = PointState(
@@ -168,6 +198,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         damage,
         hardened + left * slip,
         stored,
+        parted,
+        grown,
     )
     return new, present, acts
 

@@ -208,6 +208,7 @@ class Problem:
     start_time: Second = 0.0
     arrivals: Arrivals | None = None
     books: Any = None
+    audits_heat: bool = False  # whether particles keep the work of shear, tension and viscosity (``state.SHEARED``)
 
     def __post_init__(self) -> None:
         empty = [body.name for body in self.bodies if not body.mass.size]

@@ -20,19 +20,24 @@ from solver.problem import ArtificialViscosity, Problem
 from solver.problem.geometry import Geometry, dimensions, hoop_factor, unpacked
 from solver.state import (
     DAMAGE,
+    DAMPED,
     DENSITY,
     ENERGY,
+    GROWN,
     HARDENED,
     KELVIN,
     MASS,
     NEW_X,
+    PARTED,
     PRESSURE,
+    PULLED,
     S11,
     S12,
     S22,
     S23,
     S31,
     S33,
+    SHEARED,
     STORED,
     STRAIN,
     VISCOSITY,
@@ -136,12 +141,13 @@ def update_particles(
     time,
     dt,
     whole_work,
+    heats,
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
     ``nodes`` is the table of the mapped velocities; the tally goes to one row of ``tallies``. ``whole_work`` 1 stores
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
-    follow. ``time`` is that of the new stress.
+    follow. ``time`` is that of the new stress. With ``heats`` 1 the rows SHEARED to DAMPED take the parts of the work.
     """
     geometry = unpacked(geometry)
     pack = opened(pack)
@@ -172,6 +178,8 @@ def update_particles(
                 load(table, DAMAGE, p, lanes),
                 load(table, HARDENED, p, lanes) if weakens(matter.failure) else none,
                 load(table, STORED, p, lanes) if stored_part(matter.strength) > 0.0 else none,
+                load(table, PARTED, p, lanes),
+                load(table, GROWN, p, lanes),
             )
             eos = burning(matter.eos, table, p, lanes, time, geometry.spacing)
             local = Matter(
@@ -201,10 +209,16 @@ def update_particles(
             store(table, STRAIN, p, new.plastic_strain, lanes)
             store(table, KELVIN, p, maximum(new.temperature, 0.0), lanes)
             store(table, DAMAGE, p, new.damage, lanes)
+            store(table, PARTED, p, new.parted, lanes)
+            store(table, GROWN, p, new.grown, lanes)
             if weakens(matter.failure):
                 store(table, HARDENED, p, new.hardened, lanes)
             if stored_part(matter.strength) > 0.0:
                 store(table, STORED, p, new.stored, lanes)
+            if heats:
+                store(table, SHEARED, p, load(table, SHEARED, p, lanes) + acts.sheared, lanes)
+                store(table, PULLED, p, load(table, PULLED, p, lanes) + acts.pulled, lanes)
+                store(table, DAMPED, p, load(table, DAMPED, p, lanes) + acts.damped, lanes)
             place = none
             past = lanes & (none > 0.0)
             for axis in range(3):
@@ -290,7 +304,8 @@ class PointUpdate:
         laws = problem.bodies[body].matter, problem.stress_rate, viscosity, self.limits
         row = share * len(problem.bodies) + body
         points = table, *span, gradients, self.tallies, row
-        self.kernels[body](space, problem.shape, self.packs[share], *laws, *points, time, dt, whole_work)
+        heats = int(problem.audits_heat)
+        self.kernels[body](space, problem.shape, self.packs[share], *laws, *points, time, dt, whole_work, heats)
 
     def tally(self) -> Tally:
         """What all shares counted in the last updates."""

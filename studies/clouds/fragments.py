@@ -5,21 +5,13 @@ particles belong together where their cells are the same or neighbours. So no pi
 and where a cell is larger than the fragments would be, their number and the largest of them say nothing but the mesh:
 they are flagged, and no verdict rests on them.
 
-Nominal sizes follow from a balance of the energy that breaking takes and of that which matter holds while its volume
-grows at a rate d (Grady 1988, J. Mech. Phys. Solids 36, 353, as in a public code of his equations, where s = 2 c t with
-the time t of fracture):
-
-    brittle   s = (sqrt(24) K_c / (rho c d))^(2/3)     K_c the fracture toughness
-    ductile   s = (8 Y eps_c / (rho d^2))^(1/2)        Y the yield stress, eps_c the strain at which voids join
-    liquid    s = (48 gamma / (rho d^2))^(1/3)         gamma the surface tension: brittle with K_c^2 = 2 rho c^2 gamma
-
-Solid metal breaks in the way that takes less stress, so with the smaller of the first two: the stress is rho c d s / 2
-in both. The rate is that of the whole cloud at its original density: along each axis the spread of its velocities over
-that of the places that its matter had *before the impact* (standard deviations, mass-weighted), the three added. Matter
-that flies freely keeps it, at whatever time it is read; v = k X has d = 3 k. Two other rates do not serve. That of a
-least-squares gradient over present places falls as one over the time since the impact, and so makes a size that grows
-with the time that a user chooses. That of one over the places before the impact tells growth from turning over: where
-the rear of a sphere overtakes its front, the terms cancel (457/s at 4 km/s on t/d 0.2, of a cloud that flies apart).
+Nominal sizes are Grady's (``studies/measurements/_breakup.py``). The rate is that of the whole cloud at its original
+density: along each axis the spread of its velocities over that of the places that its matter had *before the impact*
+(standard deviations, mass-weighted), the three added. Matter that flies freely keeps it, at whatever time it is read;
+v = k X has d = 3 k. Two other rates do not serve. That of a least-squares gradient over present places falls as one
+over the time since the impact, and so makes a size that grows with the time that a user chooses. That of one over the
+places before the impact tells growth from turning over: where the rear of a sphere overtakes its front, the terms
+cancel (457/s at 4 km/s on t/d 0.2, of a cloud that flies apart).
 """
 
 import math
@@ -29,7 +21,7 @@ import numpy as np
 
 from studies.clouds.cloud import OF_CLOUD, melted_share_behind
 from studies.measurements import Measurement, NoValue, Reading, measurement
-from studies.measurements._settings import Breakup
+from studies.measurements._breakup import Breakup, brittle, ductile, liquid
 from studies.measurements.distributions import Bins, Distribution
 from studies.measurements.impact.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
@@ -39,10 +31,6 @@ from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 JOINED, FLYING = 0.01, 0.1
 NOT_SEPARATED, NOT_EXPANDING = "not_separated", "not_expanding"
 SIZE_UNKNOWN = "fragment_size_unknown"
-
-# Strain at which voids join: 0.15, Grady (1988); the default of the Grady spall model in the manual of Ansys Explicit
-# Dynamics, section 11.11.8 (read), which states it for aluminium.
-VOID_STRAIN = 0.15
 
 # ---- pieces of what came off, as the grid joins particles: the mesh decides, so three grids are asked ---------
 
@@ -139,30 +127,11 @@ def _spread(mass: np.ndarray, values: np.ndarray) -> float:
     return math.sqrt(mass @ (values - mass @ values / mass.sum()) ** 2 / mass.sum())
 
 
-def _brittle(matter: Breakup, rate: float) -> float | None:
-    if matter.fracture_toughness is None:
-        return None
-    ratio = math.sqrt(24.0) * matter.fracture_toughness / (matter.density * matter.sound_speed * rate)
-    return float(ratio ** (2.0 / 3.0))
-
-
-def _ductile(matter: Breakup, rate: float) -> float | None:
-    if matter.yield_stress is None:
-        return None
-    return math.sqrt(8.0 * matter.yield_stress * VOID_STRAIN / matter.density) / rate
-
-
-def _liquid(matter: Breakup, rate: float) -> float | None:
-    if matter.surface_tension is None:
-        return None
-    return math.cbrt(48.0 * matter.surface_tension / (matter.density * rate**2))
-
-
 # The ways to break, and the flag of matter that lacks the constant.
 WAYS: dict[str, tuple[Callable[[Breakup, float], float | None], str]] = {
-    "brittle": (_brittle, "no_fracture_toughness"),
-    "ductile": (_ductile, "no_yield_stress"),
-    "liquid": (_liquid, "no_surface_tension"),
+    "brittle": (brittle, "no_fracture_toughness"),
+    "ductile": (ductile, "no_yield_stress"),
+    "liquid": (liquid, "no_surface_tension"),
 }
 
 

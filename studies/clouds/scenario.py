@@ -12,14 +12,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.measurements._settings import Breakup, CloudSetting, Melting
+from studies.measurements._settings import CloudSetting, Melting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetUp, outline
-from studies.scenarios.parts.matter import yield_stress
+from studies.scenarios.parts.matter import breakup_of
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
 
@@ -109,7 +109,9 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
     def build(self, materials: Materials) -> CloudSetting:
         setting = self.impact.build(materials)
         bodies = [materials[body.name] for body in setting.problem.bodies]
-        return CloudSetting(**vars(setting), breakup=tuple(map(_breakup, bodies)), melting=tuple(map(_melting, bodies)))
+        return CloudSetting(
+            **vars(setting), breakup=tuple(map(breakup_of, bodies)), melting=tuple(map(_melting, bodies))
+        )
 
     @staticmethod
     def view(setting: CloudSetting, snapshot: "Snapshot") -> "CloudView":
@@ -135,17 +137,6 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
     @staticmethod
     def outline(values: Mapping[str, Plain]) -> Outline | None:
         return outline(values, thickness="plate_thickness", radius="plate_radius")
-
-
-def _breakup(material: "Material") -> Breakup:
-    """How matter breaks."""
-    return Breakup(
-        density=material.density,
-        sound_speed=material.sound_speed,
-        yield_stress=yield_stress(material),
-        fracture_toughness=material.tension.fracture_toughness,
-        surface_tension=material.tension.surface_tension,
-    )
 
 
 def _melting(material: "Material") -> Melting | str:

@@ -79,6 +79,19 @@ class Thermal:
     room_temperature: Annotated[
         Kelvin, Described("initial temperature", 1.0, 5e3, usual=(4.0, 2000.0)), Below("melt_temperature")
     ]
+    # At 1 bar; the melting point above is that of the strength where it has one of its own.
+    solidus: Annotated[
+        Kelvin | None,
+        Described("temperature at which melting begins", 100.0, 1e4, usual=(200.0, 4500.0)),
+        Below("liquidus", or_equal=True),
+    ] = None
+    liquidus: Annotated[
+        Kelvin | None, Described("temperature at which melting ends", 100.0, 1e4, usual=(200.0, 4500.0))
+    ] = None
+    heat_to_solidus: Annotated[
+        JoulePerKilogram | None,
+        Described("heat from the initial temperature to the solidus", 1e3, 1e8, usual=(1e4, 2e6)),
+    ] = None
     latent_heat_of_fusion: Annotated[
         JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7, usual=(1e4, 2e6))
     ] = None

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from studies.measurements._breakup import Breakup
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -64,17 +66,6 @@ class Melting:
     room_temperature: float  # K
     melt_temperature: float  # K
     latent_heat: float  # J/kg
-
-
-@dataclass(frozen=True)
-class Breakup:
-    """Constants with which a strain rate says how fine matter breaks; None where no source states one."""
-
-    density: float  # kg/m3
-    sound_speed: float  # m/s
-    yield_stress: float | None  # Pa, of the first slip
-    fracture_toughness: float | None  # Pa m^0.5
-    surface_tension: float | None  # N/m
 
 
 @dataclass(frozen=True)

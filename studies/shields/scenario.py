@@ -23,16 +23,18 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
-from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
+from studies.quantities.numerical_defaults import FEW_PARTICLES, DebrisName
 from studies.quantities.parameters import MaterialName, Plain, Value, declared, flat
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios.parts.impact import Impact, ImpactSetUp, outline
-from studies.scenarios.parts.lattice import along_flight, slab_clamp
+from studies.scenarios.parts.lattice import SECTORS, along_flight, slab_clamp
+from studies.scenarios.parts.matter import breakup_of
 from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
 from studies.shields.bumpers import BUMPERS, FurtherBumpers
+from studies.shields.pieces import sizes_of_pieces
 from studies.shields.stages import BumperStage, ShieldSetting
 
 if TYPE_CHECKING:
@@ -50,9 +52,14 @@ SPREAD = 0.02
 # Of the impact speed: matter that is slower has not come to the wall when its stage ends at the latest. It has 4 % of
 # the kinetic energy of what comes first.
 SLOWEST = 0.2
+OPENING = "opening"  # the rule of tension
 # Of the way from the first bumper: radius of a sheet that is modelled. Clouds open by 30 degrees to either side and
 # less (their largest radius is about half of their length); what flies past is counted.
 WALL_RADIUS = math.tan(math.radians(30.0))
+# The same where pieces fly to it, in three dimensions: that of 90 % of their momentum (5.41 mm at 3, 5, 7 km/s: 0.18,
+# 0.32 and 0.26 of the way, 2026-11-29).
+PIECES_RADIUS = math.tan(math.radians(18.0))
+PIECES_CELLS = 8.0  # through a wall that pieces hit, at least
 # Of the cells across the projectile: through the wall, and each bumper but the first. At 32 across, 8: a hole is within
 # 1 % from there on.
 WALL_CELLS = 0.25
@@ -157,6 +164,15 @@ class Walls:
             512.0,
         ),
     ] = None
+    pieces_seed: Annotated[
+        int | None,
+        Described(
+            "draws the pieces as which debris of a body of revolution hits the wall, a quarter in three dimensions; 0 "
+            "leaves it an even load of rings",
+            0,
+            1_000_000,
+        ),
+    ] = 1
     wall_time: Annotated[
         Second | None,
         Described(
@@ -173,13 +189,17 @@ class Walls:
         diameter = shot.projectile_diameter
         cells = cells_through(self.wall_thickness, shot)
         late = CAP_PER_DIAMETER * diameter + way / (SLOWEST * shot.speed * math.cos(obliquity))
-        wall = max(RADIUS * diameter, WALL_RADIUS * way) + _aside(obliquity, way)
+        pieces_seed = self.pieces_seed if shot.geometry == "axisymmetric" else None
+        if pieces_seed:
+            cells = max(cells, PIECES_CELLS)
+        wall = max(RADIUS * diameter, (PIECES_RADIUS if pieces_seed else WALL_RADIUS) * way) + _aside(obliquity, way)
         return replace(
             self,
             bumper_radius=round_quantity(self.bumper_radius or RADIUS * diameter),
             wall_radius=round_quantity(self.wall_radius or wall),
             cells_per_wall=round_quantity(self.cells_per_wall or cells),
             wall_time=round_quantity(self.wall_time or late),
+            pieces_seed=pieces_seed,
         )
 
     def check(self, shot: AtShield) -> list[Finding]:
@@ -260,19 +280,26 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
             expansion=0.5 * (SPREAD * self.shot.speed) ** 2,
         )
 
-    def target(self, number: int) -> Impact:
-        """A sheet on a grid of its own; the projectile is there for the first one alone."""
+    def target(self, number: int, *, flat: bool = False) -> Impact:
+        """A sheet on a grid of its own; the projectile is there for the first one alone.
+
+        A wall that pieces hit is a quarter in three dimensions, or ``flat`` the grid to which they fly.
+        """
         if number == 0:
             return self.impact
         sheet = self.sheets[number]
         assert self.shot.downrange is not None
+        numerics, geometry = self.numerics, self.shot.geometry
+        if self.has_pieces and number + 1 == self.stages and not flat:
+            numerics, geometry = replace(numerics, particles_per_cell=FEW_PARTICLES), "quarter"
         shot = replace(
             self.shot,
+            geometry=geometry,
             cells_per_diameter=sheet.cells * self.shot.projectile_diameter / sheet.thickness,
             end_time=self.walls.wall_time,
             downrange=min(self.shot.downrange, self._room(number)),
         )
-        parameters = replace(self, shot=shot, angles=UPRIGHT)
+        parameters = replace(self, shot=shot, angles=UPRIGHT, numerics=numerics)
         return replace(
             self.impact, parameters=parameters, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name
         )
@@ -300,6 +327,11 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         ]
         size = walls.wall_thickness, walls.wall_radius, walls.cells_per_wall
         return first, *further, Sheet("wall", *size, stand_off=math.inf, aside=_aside(lean, ways[-1]))
+
+    @property
+    def has_pieces(self) -> bool:
+        """Whether debris comes to the wall as pieces."""
+        return bool(self.walls.pieces_seed)
 
     @property
     def stages(self) -> int:
@@ -330,9 +362,9 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
 
     def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
+        set_up = replace(self, numerics=replace(self.numerics, tension=self.numerics.tension or OPENING))
         return replace(
-            # Of matter that never breaks; void-growth tells more shots right (docs/pages/simulated_shields.py).
-            self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter, failure=NO_FAILURE),
+            set_up.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter),
             settling=self.settling.filled(diameter),
             walls=self.walls.filled(self.shot, self.angles.obliquity, _ways(self._layers)[-1]),
             further=self.further.filled(),
@@ -393,17 +425,24 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         from studies.shields.measurements.shield import view
 
         (hit, behind), target, snapshot = self.sheets[number : number + 2], self.target(number + 1), outcome.snapshot
-        geometry, _ = target.grid()
+        geometry, _ = self.target(number + 1, flat=True).grid()
         before, shift = setting.problem, along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
         shift[0] = behind.aside - hit.aside
         flight = fly(before, snapshot, outcome.books, geometry=geometry, shift=shift, bodies=len(before.bodies) + 1)
-        seen = view(setting, snapshot)
+        seen, sector = view(setting, snapshot), setting.sector
+        if self.has_pieces and number + 2 == self.stages:
+            from solver.grid.pieces import scatter
+
+            sizes = sizes_of_pieces(before, flight, [breakup_of(materials[body.name]) for body in before.bodies])
+            flight = scatter(before, flight, sizes, spacing=target.step, seed=self.walls.pieces_seed or 0).flight
+            sector = SECTORS["quarter"]
+        scale = sector / setting.sector
         ended = BumperStage(
             bumper=seen.bumpers[-1],
             cloud=seen.cloud,
             mass=sum(float(body.mass.sum()) for body in before.bodies),
             coming=float(flight.arrivals.table[MASS].sum()),
-            missed=flight.missed,
+            missed=flight.missed / scale,
             attached=max(seen.attached, seen.coming if setting.before else 0.0),
             clock_ahead=flight.ahead,
             angular_momentum_error=flight.angular_momentum_error,
@@ -411,6 +450,8 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         return replace(
             setting,
             problem=self._problem_behind(target, materials[target.target], before, flight, begin=snapshot.time),
+            sector=sector,
+            momentum=scale * setting.momentum,
             target=target.target,
             thickness=target.thickness,
             radius=target.radius,
@@ -433,14 +474,14 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
             geometry=geometry,
             bodies=(*gone, target.body(target.target, material, geometry, *target.points(), still)),
             faces=faces,
-            clamp=slab_clamp(self.shot.geometry, target.thickness, target.shot.cell),
+            clamp=slab_clamp(target.shot.geometry, target.thickness, target.shot.cell),
             start_time=begin,
             end_time=begin + target.end_time,
             retirement=Retirement(body=len(gone), after=begin + target.clear, expansion=target.expansion),
             arrivals=flight.arrivals,
             books=flight.books,
         )
-        return self.numerics.applied_to(problem)
+        return target.numerics.applied_to(problem)
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""

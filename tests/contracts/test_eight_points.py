@@ -15,7 +15,7 @@ from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.matter.stress import JAUMANN, PointState, advance, signal_speed
 from solver.problem import ArtificialViscosity
 from solver.problem.geometry import AXES
-from solver.state import DAMAGE, DENSITY, HARDENED, MASS, STORED, empty_table, lines
+from solver.state import DAMPED, DENSITY, GROWN, HARDENED, MASS, empty_table, lines
 from solver.steps.points import StateLimits, Tally, update_particles
 from solver.steps.space import VELOCITY, Scattered, new_pack
 from solver.vectors import LANES
@@ -49,7 +49,7 @@ SOFTENS = next(matter for matter in LAWS.values() if isinstance(matter.strength,
 LAWS["never melts"] = SOFTENS._replace(melt_temperature=math.inf)
 ORDINARY = [law for law in LAWS if not any(each in law for each in IN_THE_CLAIM)]
 # Rows of the table that laws act on, and the counts and largest values of a step.
-ROWS = (*range(DENSITY, DAMAGE + 1), HARDENED, STORED)
+ROWS = (*range(DENSITY, GROWN + 1), *range(HARDENED, DAMPED + 1))
 ACTS = ("tension_floors", "molten", "unstable")
 COUNTS = (*ACTS, "beyond_hugoniot", "below_expansion", "sound_floors", "below_zero_kelvin", "failed")
 ANYTHING = StateLimits(np.inf, 0.0, np.inf, np.inf)
@@ -65,7 +65,7 @@ def by_eights(matter: Matter, gradients: np.ndarray, states: np.ndarray, whole_w
     space = Scattered(np.zeros(3), SPACING, np.ones(3, np.int64), AXES)
     tallies = np.zeros((1, len(Tally._fields)))
     laws = (matter, JAUMANN, VISCOSITY, ANYTHING)
-    update_particles(space, Linear(), new_pack(), *laws, table, 0, POINTS, places, tallies, 0, LATE, DT, whole_work)
+    update_particles(space, Linear(), new_pack(), *laws, table, 0, POINTS, places, tallies, 0, LATE, DT, whole_work, 1)
     return table[list(ROWS)], Tally(*tallies[0].tolist())
 
 
@@ -75,27 +75,50 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> dic
     for state, row in zip(states.T, gradients.T, strict=True):
         gradient = row.reshape(3, 3)
         density, energy, pressure, viscosity, *stress = state[:10]
-        strain, kelvin, damage, hardened, stored = state[10:]
+        strain, kelvin, damage, parted, grown, hardened, stored, *heat = state[10:]
         deviator = (stress[0], stress[1], stress[2], stress[3], stress[4], stress[5])
         old = PointState(
-            density, energy, pressure, viscosity, deviator, strain, kelvin, damage, hardened, stored * stores
+            density,
+            energy,
+            pressure,
+            viscosity,
+            deviator,
+            strain,
+            kelvin,
+            damage,
+            hardened,
+            stored * stores,
+            parted,
+            grown,
         )
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
         signal, floored = signal_speed(matter, VISCOSITY, SPACING, np.trace(gradient), new)
         failed = new.damage >= 1.0 > old.damage
         beyond, below = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)
-        counts = (*acts, beyond, below, floored, new.temperature < 0.0, failed)
+        *counted, sheared, pulled, damped = acts
+        counts = (*counted, beyond, below, floored, new.temperature < 0.0, failed)
         kept = new.hardened if weakens(matter.failure) else hardened, new.stored if stores else stored
-        rows = (*new[:4], *new.deviator, new.plastic_strain, max(new.temperature, 0.0), new.damage, *kept)
+        kept = *kept, *(was + part for was, part in zip(heat, (sheared, pulled, damped), strict=True))
+        rows = (
+            *new[:4],
+            *new.deviator,
+            new.plastic_strain,
+            max(new.temperature, 0.0),
+            new.damage,
+            new.parted,
+            new.grown,
+            *kept,
+        )
         found.append((*rows, present, signal, *counts))
     columns = np.array(found, float).T
-    return {"rows": columns[:15], "present": columns[15], "signal": columns[16]} | dict(
-        zip(COUNTS, columns[17:], strict=True)
+    last = len(ROWS)
+    return {"rows": columns[:last], "present": columns[last], "signal": columns[last + 1]} | dict(
+        zip(COUNTS, columns[last + 2 :], strict=True)
     )
 
 
 def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients (9, n) and states (15, n): at rest, compressed, stretched, cold, hot, molten, worked, broken."""
+    """Gradients (9, n) and states (20, n): at rest, compressed, stretched, cold, hot, molten, worked, broken."""
     random = np.random.default_rng(5)
 
     def anything(low: float, high: float) -> np.ndarray:
@@ -120,9 +143,9 @@ def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
         ]
     )
     gradients = random.uniform(-1.0, 1.0, (9, POINTS)) * some(0.0, 1e4, 1e6, 5e7)
-    history = some(0.0, 1e-6, 0.05, 0.4, 2.0), some(0.0, 0.0, 1e3, 1e5)
-    states = np.vstack((states, history))
-    states[:, 0] = density, 0.0, 0.0, 0.0, *np.zeros(6), 0.0, ROOM, 0.0, 0.0, 0.0
+    history = some(0.0, 1e-6, 0.05, 0.4, 2.0), some(0.0, 0.0, 1e3, 1e5), *np.zeros((3, POINTS))
+    states = np.vstack((states, some(0.0, 0.0, 1e6), some(0.0, 0.0, 3.0, 5.0), history))
+    states[:, 0] = density, 0.0, 0.0, 0.0, *np.zeros(6), 0.0, ROOM, *np.zeros(8)
     gradients[:, 0] = 0.0
     return gradients, states
 

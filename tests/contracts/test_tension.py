@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.matter.laws import Matter
+from solver.matter.melting import LEAST_SPAN, MeltingCurve
 from solver.matter.stress import PointState, advance
 from solver.matter.tension import TensionEntry, pressure_floor
 from solver.problem import ArtificialViscosity
@@ -17,7 +18,7 @@ from tests.solver.bodies import DENSITY, MELT, ROOM, SPACING, real_copper
 
 MEMBERS = entries("solver.matter.tension", "TENSION")
 CUTOFF = 1.9e9  # Pa, of copper
-COPPER: dict[str, tuple[float, ...]] = {"recoverable": (CUTOFF,), "unlimited": ()}
+COPPER: dict[str, tuple[float, ...]] = {"opening": (CUTOFF,), "recoverable": (CUTOFF,), "unlimited": ()}
 
 DT = 1e-9
 UNSTRESSED = (0.0,) * 6
@@ -48,7 +49,7 @@ def test_tension__brings_an_example() -> None:
 @given(st.floats(0.0, 1.0))
 @pytest.mark.parametrize("name", sorted(MEMBERS))
 def test_floor__never_pushes(name: str, homologous: float) -> None:
-    assert pressure_floor(MEMBERS[name].record(*COPPER[name]), homologous) <= 0.0
+    assert pressure_floor(MEMBERS[name].record(*COPPER[name]), homologous, 1.0 - homologous) <= 0.0
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
@@ -56,19 +57,19 @@ def test_floor__never_pushes(name: str, homologous: float) -> None:
 def test_floor__does_not_sink_with_temperature(name: str, one: float, other: float) -> None:
     low, high = sorted((one, other))
     tension = MEMBERS[name].record(*COPPER[name])
-    assert pressure_floor(tension, low) <= pressure_floor(tension, high)
+    assert pressure_floor(tension, low, 1.0 - low) <= pressure_floor(tension, high, 1.0 - high)
 
 
 def test_tension__stores_no_pressure_below_its_floor(tension: Any) -> None:
     point, _ = stretched(real_copper()._replace(tension=tension), 0.05, at_rest())
-    assert point.pressure >= pressure_floor(tension, 0.0)
+    assert point.pressure >= pressure_floor(tension, 0.0, 1.0)
 
 
 def test_tension__counts_each_use_of_the_floor(tension: Any) -> None:
     matter = real_copper()._replace(tension=tension)
     gentle, strong = (stretched(matter, volume, at_rest()) for volume in (1e-3, 0.05))
     assert gentle[1] == 0
-    assert strong[1] == (strong[0].pressure == pressure_floor(tension, 0.0))
+    assert strong[1] == (strong[0].pressure == pressure_floor(tension, 0.0, 1.0))
 
 
 @pytest.mark.parametrize("volume", [1e-3, 0.05])
@@ -93,6 +94,7 @@ def test_tension__matter_that_is_pressed_again_carries_load_again(tension: Any) 
 
 @pytest.mark.parametrize("name", sorted(MEMBERS))
 def test_tension__says_whether_molten_matter_bears_it(name: str) -> None:
-    molten = real_copper()._replace(tension=MEMBERS[name].record(*COPPER[name]))
-    point, _ = stretched(molten, 1e-3, at_rest(temperature=MELT))
+    melting = MeltingCurve(solidus=MELT, span=LEAST_SPAN if MEMBERS[name].opens else 0.0)
+    molten = real_copper()._replace(tension=MEMBERS[name].record(*COPPER[name]), melting=melting)
+    point, _ = stretched(molten, 1e-3, at_rest(temperature=MELT + LEAST_SPAN))
     assert (point.pressure < 0.0) == MEMBERS[name].molten

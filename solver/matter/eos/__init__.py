@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from solver.jit import Record, device, generic, overridable
-from solver.vectors import maximum
+from solver.vectors import alike, maximum
 
 
 class EosRecord(Record, Protocol):
@@ -104,6 +104,15 @@ def burning(eos, table, p, lanes, time, spacing):
     By default those of the body.
     """
     return eos
+
+
+@device
+def density_at_rest(eos, energy):
+    """Density in kg/m3 of matter without pressure that has an energy in J/kg, by the stiffness of the cold matter."""
+    cold = reference_density(eos)
+    _, heat = pressure_terms(eos, alike(cold, energy), energy)
+    modulus = cold * reference_sound_speed(eos) * reference_sound_speed(eos)
+    return cold * modulus / (modulus + heat * maximum(energy, 0.0))
 
 
 @device

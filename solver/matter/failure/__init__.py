@@ -37,6 +37,7 @@ class PointLoading(NamedTuple):
     strain_rate: float  # equivalent, of the total deviatoric strain, 1/s
     homologous: float  # (T - T_room) / (T_melt - T_room) within 0..1
     dt: float  # s
+    coherent: float = 1.0  # part of the cold strength that melting leaves, as of ``melting.coherence``
 
 
 @generic

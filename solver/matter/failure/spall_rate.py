@@ -11,14 +11,15 @@ Butcher (1968), Int. J. Fract. Mech. 4, 431, without a threshold)::
 At a constant tension sigma matter breaks after t_1 (sigma_1 / sigma)^(1/m - 1). With Grady's law the integral is that
 of sigma^2 dt up to K_c^2 / c0, whatever the rate. sigma is the hydrostatic tension that matter carries. The integral
 limits tension, so the tensile floor does not; molten matter bears none where the rule of tension says so. Pressures of
-particles that scatter behind a shock count with the power 1/m - 1.
+particles that scatter behind a shock count with the power 1/m - 1. What is partly molten has the part of sigma_1 that
+its solid leaves (``melting.coherence``).
 """
 
 from typing import Annotated, NamedTuple
 
 from solver.matter.failure import FailureEntry, without_floor
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
-from solver.vectors import maximum, minimum, power, where
+from solver.vectors import SMALLEST, maximum, minimum, power, where
 
 
 class RateDependentSpall(NamedTuple):
@@ -30,7 +31,7 @@ class RateDependentSpall(NamedTuple):
     bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # K, of the equation of state
 
     def grown_damage(self, damage, loading):
-        tension = maximum(-loading.pressure / self.strength, 0.0)
+        tension = maximum(-loading.pressure / (self.strength * maximum(loading.coherent, SMALLEST)), 0.0)
         per_time = self.bulk_modulus * self.strain_rate / (self.exponent * self.strength)
         grown = power(tension, 1.0 / self.exponent - 1.0) * per_time * loading.dt
         return minimum(damage + where(tension > 0.0, grown, 0.0), 1.0)

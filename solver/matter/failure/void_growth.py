@@ -28,7 +28,7 @@ from solver.jit import device
 from solver.matter.failure import FailureEntry, grown_damage, void_fraction, without_floor
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
-from solver.vectors import anywhere, log, maximum, minimum, power, where
+from solver.vectors import SMALLEST, anywhere, log, maximum, minimum, power, where
 
 HALF = 0.5  # damage at which voids begin: below it counts the time until the spall strength is reached
 # Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_void_growth.py).
@@ -63,7 +63,12 @@ class VoidGrowth(NamedTuple):
         if not anywhere(damage >= HALF):
             return closed
         voids = void_fraction(self, damage)
-        borne = self.strength * log(maximum(voids, self.dilute_voids)) * (1.0 / math.log(self.dilute_voids))
+        borne = (
+            self.strength
+            * maximum(loading.coherent, SMALLEST)
+            * log(maximum(voids, self.dilute_voids))
+            * (1.0 / math.log(self.dilute_voids))
+        )
         before = maximum(-loading.pressure, 0.0) / borne
         opening = self.bulk_modulus * self.strain_rate * loading.dt / borne
         after = _root(opening, 1.0 / self.exponent, before)

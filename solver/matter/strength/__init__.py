@@ -21,6 +21,7 @@ class StrengthEntry(NamedTuple):
 
     name: str  # as a material file names it
     record: type
+    melts: bool = False  # whether it was fitted with a melting point, which is then a constant of its own
 
 
 @generic

@@ -66,4 +66,7 @@ class ModifiedJohnsonCook(NamedTuple):
         return 1.0 - self.alpha
 
 
-STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook))
+STRENGTH = (
+    StrengthEntry("johnson-cook", JohnsonCook, melts=True),
+    StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook, melts=True),
+)

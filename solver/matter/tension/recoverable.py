@@ -15,7 +15,7 @@ class RecoverableTension(NamedTuple):
 
     cutoff: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # p_cut
 
-    def pressure_floor(self, homologous):
+    def pressure_floor(self, homologous, coherent):
         return -self.cutoff * (1.0 - homologous)
 
 

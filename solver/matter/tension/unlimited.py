@@ -12,7 +12,7 @@ class UnlimitedTension(NamedTuple):
 
     floor: Pascal = -math.inf
 
-    def pressure_floor(self, homologous):
+    def pressure_floor(self, homologous, coherent):
         return self.floor
 
 

@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.measurements import Measurement, NoValue, OnGrid, Reading
-from studies.measurements._settings import Breakup, CloudSetting, Melting
+from studies.measurements._breakup import Breakup
+from studies.measurements._settings import CloudSetting, Melting
 from studies.measurements.impact.edges import place_holding
 from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
+from studies.measurements._breakup import Breakup
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.quantities.parameters import Choice, Record, declared
@@ -195,22 +196,28 @@ def matter(
     from solver.matter.laws import Matter
     from solver.matter.melting import MeltingCurve, lindemann
 
-    eos, thermal, melting = eos_of(material, eos_form), material.thermal, MeltingCurve()
+    eos, thermal, melting, rule = eos_of(material, eos_form), material.thermal, MeltingCurve(), tensions()[tension]
     melt = thermal.melt_temperature if thermal_softening else None
     if melt is not None:
         fusion = (thermal.latent_heat_of_fusion or 0.0) / thermal.heat_capacity
-        melting = lindemann(eos, melt, thermal.melting_slope, fusion=fusion, density_ratio=thermal.melting_density)
-    rule = tensions()[tension].record
-    constants = material.taken(rule)
+        at, density, liquidus = melt, thermal.melting_density, None
+        if rule.opens:
+            at, density, liquidus = thermal.solidus or melt, None, thermal.liquidus or melt
+            if thermal.heat_to_solidus is not None:
+                eos = eos._replace(heat_capacity=thermal.heat_to_solidus / (at - thermal.room_temperature))
+                fusion = (thermal.latent_heat_of_fusion or 0.0) / eos.heat_capacity
+            melt = melt if models("strength")[material.strength.kind].melts else liquidus
+        melting = lindemann(eos, at, thermal.melting_slope, fusion=fusion, density_ratio=density, liquidus=liquidus)
+    constants = material.taken(rule.record)
     if None in constants.values():
-        rule, constants = tensions()["unlimited"].record, {}
+        rule, constants = tensions()["unlimited"], {}
     return Matter(
         eos=eos,
         # A constant that the material goes without is infinite.
         strength=models("strength")[material.strength.kind].record(
             **{name: math.inf if value is None else value for name, value in material.fill("strength").items()}
         ),
-        tension=rule(**constants),
+        tension=rule.record(**constants),
         shear_modulus=material.elastic.shear_modulus,
         room_temperature=thermal.room_temperature,
         melt_temperature=math.inf if melt is None else melt,
@@ -300,6 +307,17 @@ def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
         case "steinberg-guinan":
             return min(own["Y0"] * (1.0 + own["beta"] * strain) ** own["n"], own["Y_max"])
     return None
+
+
+def breakup_of(material: "Material") -> Breakup:
+    """How matter breaks."""
+    return Breakup(
+        density=material.density,
+        sound_speed=material.sound_speed,
+        yield_stress=yield_stress(material),
+        fracture_toughness=material.tension.fracture_toughness,
+        surface_tension=material.tension.surface_tension,
+    )
 
 
 def elastic_speed(material: "Material") -> float:

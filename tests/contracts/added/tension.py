@@ -11,7 +11,7 @@ class HalfTension(NamedTuple):
 
     spall_strength: Annotated[Pascal, FromMaterial("tension.spall_strength")]
 
-    def pressure_floor(self, homologous):
+    def pressure_floor(self, homologous, coherent):
         return -0.5 * self.spall_strength
 
 

@@ -12,7 +12,8 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import Particles, Snapshot
 from studies import measurements
 from studies.measurements import History, Reading
-from studies.measurements._settings import Breakup, Melting
+from studies.measurements._breakup import Breakup
+from studies.measurements._settings import Melting
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
 from studies.measurements.impact.cloud import CloudView
 from studies.measurements.impact.view import ImpactView, connected
