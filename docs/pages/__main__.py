@@ -4,9 +4,10 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import mesh_error, shots, simulated_shields, tutorial, validation, verification
+from docs.pages import debris_shots, mesh_error, shots, simulated_shields, tutorial, validation, verification
 
 COMPUTED = {
+    "debris-shots": debris_shots,
     "mesh-error": mesh_error,
     "shots": shots,
     "simulated-shields": simulated_shields,

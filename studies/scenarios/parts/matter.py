@@ -204,9 +204,10 @@ def matter(
         if rule.opens:
             at, density, liquidus = thermal.solidus or melt, None, thermal.liquidus or melt
             if thermal.heat_to_solidus is not None:
-                eos = eos._replace(heat_capacity=thermal.heat_to_solidus / (at - thermal.room_temperature))
+                eos = eos_of(material, eos_form, thermal.heat_to_solidus / (at - thermal.room_temperature))
                 fusion = (thermal.latent_heat_of_fusion or 0.0) / eos.heat_capacity
-            melt = melt if models("strength")[material.strength.kind].melts else liquidus
+            strengths = entries("solver.matter.strength", "STRENGTH")
+            melt = melt if strengths[material.strength.kind].melts else liquidus
         melting = lindemann(eos, at, thermal.melting_slope, fusion=fusion, density_ratio=density, liquidus=liquidus)
     constants = material.taken(rule.record)
     if None in constants.values():
@@ -227,10 +228,16 @@ def matter(
     )
 
 
-def eos_of(material: "Material", form: str = HUGONIOT) -> "EosRecord":
-    """The solver's record of a material's equation of state, in one of the forms of its kind."""
+def eos_of(material: "Material", form: str = HUGONIOT, heat_capacity: float | None = None) -> "EosRecord":
+    """The solver's record of a material's equation of state, in one of the forms of its kind.
+
+    By default it has the heat capacity of the material, J/(kg K).
+    """
     entry = acting_eos(material.eos.kind, form)
-    eos: EosRecord = entry.make(**material.fill("eos", entry.record))
+    constants = material.fill("eos", entry.record)
+    if heat_capacity is not None:
+        constants = {**constants, "heat_capacity": heat_capacity}
+    eos: EosRecord = entry.make(**constants)
     return eos
 
 

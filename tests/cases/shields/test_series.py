@@ -3,13 +3,13 @@
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import pytest
 
 from docs.pages import simulated_shields
+from docs.pages.debris_shots import series
 from docs.pages.simulated_shields import FAILURES, GRIDS, parameters_of
 from solver.grid.strays import MOST_DISCARDED
 from studies import materials
@@ -20,7 +20,7 @@ from studies.runs.results import RunResult
 from studies.runs.run import resolve
 from studies.shields.shots import joined
 from studies.shields.shots.drawn import Simulated
-from studies.shields.shots.table import ShieldShot, published
+from studies.shields.shots.table import ShieldShot
 from tests.claims.rows import Row, at_least, at_most, equal, reported
 
 QUICK = 20.0  # s, of a run: those that are computed anew
@@ -28,28 +28,6 @@ ENERGY_DRIFT = 1e-12  # relative: kept to round-off
 THREE = (GRIDS[0], 0.5 * sum(GRIDS), GRIDS[1])  # times the cells of the rule
 WORDS: tuple[Simulated, Simulated] = ("held", "perforated")  # of 0 and 1
 FAILURES_OF = {"piekutowski": FAILURES[:1], "reimerdes": FAILURES}
-
-
-def series() -> Mapping[str, Sequence[ShieldShot]]:
-    """The shots of two publications, near 7 km/s.
-
-    Piekutowski and Poorman (2013) on the shield of full scale; of that of 5.81 mm, which is not in the collection, the
-    speed is stated as 6.9 to 7.0 km/s, and the middle is taken. Reimerdes, Noelke and Schaefer (2006), Table 2; their
-    spheres of 99.9 % aluminium are computed as 1100-O, the purest aluminium that ships.
-    """
-    sources = ("Piekutowski_2013", "Reimerdes_2006")
-    collected = {shot.shot: shot for shot in published().shots if shot.source in sources}
-    dayton = [collected[number] for number in ("4-2110", "4-2109", "4-2108", "4-2106")]
-    dayton.append(replace(dayton[-1], shot="", projectile_diameter=5.81e-3, speed=6950.0))
-    thick = replace(collected["EMI-4443"], projectile="AA1100-O")
-    thin = replace(thick, shot="", bumper_thickness=collected["EMI-4438"].bumper_thickness)
-    freiburg = (
-        replace(thin, projectile_diameter=3.0e-3, speed=7000.0),
-        replace(thin, projectile_diameter=3.5e-3, speed=6890.0, outcome="perforated"),
-        thick,
-        replace(thick, shot="", projectile_diameter=5.0e-3, speed=7070.0, outcome="perforated"),
-    )
-    return {"piekutowski": dayton, "reimerdes": freiburg}
 
 
 def sample_of(shot: ShieldShot, failure: str, grid: float, folder: Path) -> Sample:
