@@ -20,6 +20,7 @@ from docs.pages.simulated_shields import WORKERS, drawn, materials_of, rated, si
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.quantities.findings import InvalidInput
+from studies.quantities.numerical_defaults import DEFAULT_FAILURE
 from studies.runs.run import Run, resolve
 from studies.shields.shots.drawn import Simulated
 from studies.shields.shots.joined import THROUGH_WALL, cells_across
@@ -76,6 +77,8 @@ def run_of(shot: ShieldShot, seed: int) -> Run:
             "speed": shot.speed,
             "cells_per_diameter": cells_across(shot.projectile_diameter, shot.bumper_thickness),
             "cells_per_wall": THROUGH_WALL,
+            "failure": DEFAULT_FAILURE,
+            "tension": "opening",
             "pieces_seed": seed,
         },
         {role: materials.load(str(name)) for role, name in names.items()},

@@ -23,13 +23,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
-from studies.quantities.numerical_defaults import FEW_PARTICLES, DebrisName
+from studies.quantities.numerical_defaults import FEW_PARTICLES, NO_FAILURE, DebrisName
 from studies.quantities.parameters import MaterialName, Plain, Value, declared, flat
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios.parts.impact import Impact, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import SECTORS, along_flight, slab_clamp
 from studies.scenarios.parts.matter import breakup_of
+from studies.scenarios.parts.numerics import tensions
 from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
@@ -52,7 +53,6 @@ SPREAD = 0.02
 # Of the impact speed: matter that is slower has not come to the wall when its stage ends at the latest. It has 4 % of
 # the kinetic energy of what comes first.
 SLOWEST = 0.2
-OPENING = "opening"  # the rule of tension
 # Of the way from the first bumper: radius of a sheet that is modelled. Clouds open by 30 degrees to either side and
 # less (their largest radius is about half of their length); what flies past is counted.
 WALL_RADIUS = math.tan(math.radians(30.0))
@@ -167,12 +167,12 @@ class Walls:
     pieces_seed: Annotated[
         int | None,
         Described(
-            "draws the pieces as which debris of a body of revolution hits the wall, a quarter in three dimensions; 0 "
-            "leaves it an even load of rings",
+            "draws the pieces as which debris of a body of revolution hits the wall, a quarter in three dimensions, "
+            "where its matter opens (tension); with 0 it is an even load of rings",
             0,
             1_000_000,
         ),
-    ] = 1
+    ] = 0
     wall_time: Annotated[
         Second | None,
         Described(
@@ -362,9 +362,9 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
 
     def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
-        set_up = replace(self, numerics=replace(self.numerics, tension=self.numerics.tension or OPENING))
         return replace(
-            set_up.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter),
+            # Of matter that never breaks; void-growth tells more shots right (docs/pages/simulated_shields.py).
+            self.with_shot(materials, end_time=CAP_PER_DIAMETER * diameter, failure=NO_FAILURE),
             settling=self.settling.filled(diameter),
             walls=self.walls.filled(self.shot, self.angles.obliquity, _ways(self._layers)[-1]),
             further=self.further.filled(),
@@ -381,6 +381,10 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         if self.shot.debris != "retire":
             limit = "retire: followed debris does not come to the wall"
             yield Finding("debris", str(self.shot.debris), limit, "leave debris out")
+        rule = str(self.numerics.choices.tension)
+        if self.has_pieces and not tensions()[rule].opens:
+            limit = f"0 with tension {rule}, of which nothing parts"
+            yield Finding("pieces_seed", str(self.walls.pieces_seed), limit, "set tension to opening")
         for place, (sheet, behind) in enumerate(pairwise(self.sheets)):
             if self._room(place) >= LEAST_ROOM - 1e-9:
                 continue

@@ -245,7 +245,7 @@ def test_eos__pressure_and_energy_are_solved_for_together(eos: Any, trace: float
         after = density * math.exp(-trace)
         expansion = 1.0 / after - 1.0 / density
         heat = (temperature_at(eos, density, guess) - eos.temperature) / 1058.0
-        floor = pressure_floor(RecoverableTension(1.9e9), min(max(heat, 0.0), 1.0))
+        floor = pressure_floor(RecoverableTension(1.9e9), min(max(heat, 0.0), 1.0), 1.0)
         for known in (guess, 0.9 * guess, 1.1 * guess + 1e4):
             result = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)
             expected = max(pressure(eos, after, known - 0.5 * result * expansion), floor)
