@@ -28,7 +28,7 @@ from solver.matter.eos import (
     sound_speed_squared,
     temperature_at,
 )
-from solver.units import Dimensionless, Kelvin
+from solver.units import Dimensionless, JoulePerKilogram, Kelvin
 from solver.vectors import alike, anywhere, exp, log, maximum, minimum
 
 BISECTIONS = 60  # halvings that bring a density ratio within 0.5 .. 1 to round-off
@@ -60,6 +60,7 @@ class MeltingCurve(NamedTuple):
     # Matter that melts over a range, at the density of the anchor; with a span of 0 it melts at one temperature.
     solidus: Kelvin = 0.0
     span: Kelvin = 0.0  # liquidus less solidus
+    vaporisation: JoulePerKilogram = np.inf  # energy at no pressure with which vaporisation begins
 
 
 def lindemann(eos, melt_temperature, a, *, fusion=0.0, density_ratio=None, liquidus=None):

@@ -77,6 +77,7 @@ AUDIT = (
     _share("separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"),
     _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
     _share("molten_mass_fraction", meaning="molten mass once all matter has expanded to no pressure, over the initial"),
+    _share("vaporised_mass_fraction", meaning="mass hot enough to vaporise at no pressure, over the initial"),
     AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
     AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
     AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),

@@ -42,6 +42,7 @@ RUN_FLAGS = (
     "runaway_particles",
     "below_zero_kelvin",
     "beyond_hugoniot",
+    "vaporised",
     "lost_particles",
     "discarded_particles",
 )

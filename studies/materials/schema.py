@@ -92,6 +92,9 @@ class Thermal:
         JoulePerKilogram | None,
         Described("heat from the initial temperature to the solidus", 1e3, 1e8, usual=(1e4, 2e6)),
     ] = None
+    incipient_vaporisation: Annotated[
+        JoulePerKilogram | None, Described("energy with which vaporisation begins", 1e4, 1e9, usual=(1e5, 2e7))
+    ] = None
     latent_heat_of_fusion: Annotated[
         JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7, usual=(1e4, 2e6))
     ] = None

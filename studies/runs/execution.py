@@ -55,6 +55,8 @@ HOTTEST_SHARE_FLAG = 0.5
 
 # Flagged, not failed: more of the initial mass than this left a grid while its own pressure still drove it apart.
 EXPANDING_FLAG = 0.01
+# Of the mass: more that is hot enough to vaporise, and a form without vapour is no longer its equation of state.
+VAPORISED_FLAG = 1e-3
 
 # In place of the suffix of the checkpoint.
 UNFINISHED_FILM, UNFINISHED_SECTIONS, ENDED_STAGE = ".film.npz", ".sections.npz", ".stage-{}"
@@ -348,26 +350,31 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
         "load_work": 2.0 * math.pi / observer.setting.sector * audit.exchanged.worked,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
-        "molten_mass_fraction": molten_fraction(observer.setting.problem, outcome.snapshot),
+        **heated_fractions(observer.setting.problem, outcome.snapshot),
         **observer.parameters.numbers(observer.last_view),
         **counted,
     }
 
 
-def molten_fraction(problem: Problem, snapshot: Snapshot) -> float:
-    """Molten mass once all has expanded to no pressure, over that of the last stage; the departed fly as they left."""
+def heated_fractions(problem: Problem, snapshot: Snapshot) -> dict[str, float]:
+    """Molten mass once all has expanded to no pressure, and mass that then vaporises, over that of the last stage.
+
+    The departed fly as they left.
+    """
     from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
-    molten = 0.0
+    molten = vaporised = 0.0
     for number, body in enumerate(problem.bodies):
         mine, late = snapshot.body == number, departed.body == number
         state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
-        residual = residual_energy(body.matter.eos, *state), departed.energy[late]
-        mass = particles.mass[mine], departed.mass[late]
-        molten += melted_mass(body.matter, np.concatenate(residual), np.concatenate(mass))
+        residual = np.concatenate([residual_energy(body.matter.eos, *state), departed.energy[late]])
+        mass = np.concatenate([particles.mass[mine], departed.mass[late]])
+        molten += melted_mass(body.matter, residual, mass)
+        vaporised += float(mass[residual > body.matter.melting.vaporisation].sum())
     coming = 0.0 if problem.arrivals is None else float(problem.arrivals.table[MASS].sum())
-    return molten / (float(sum(body.mass.sum() for body in problem.bodies)) + coming)
+    whole = float(sum(body.mass.sum() for body in problem.bodies)) + coming
+    return {"molten_mass_fraction": molten / whole, "vaporised_mass_fraction": vaporised / whole}
 
 
 def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tuple[str, ...]:
@@ -380,6 +387,8 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
         flags.append("runaway_particles")
     if numbers["expanding_mass_fraction"] > EXPANDING_FLAG:
         flags.append("still_expanding")
+    if numbers["vaporised_mass_fraction"] > VAPORISED_FLAG:
+        flags.append("vaporised")
     if numbers["discarded"] > 0.0:
         flags.append("discarded_particles")
     flags += [name for name in ("below_zero_kelvin", "beyond_hugoniot") if numbers[name] > 0.0]

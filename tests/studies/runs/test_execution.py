@@ -88,6 +88,7 @@ LIMITS = {  # of the numbers that flag a run beyond them, as docs/limits.md and 
     "largest_energy_drift": (ENERGY_DRIFT_LIMIT, "energy_drift"),
     "hottest_energy_share": (0.5, "runaway_particles"),
     "expanding_mass_fraction": (0.01, "still_expanding"),
+    "vaporised_mass_fraction": (1e-3, "vaporised"),
     "below_zero_kelvin": (0.0, "below_zero_kelvin"),
     "beyond_hugoniot": (0.0, "beyond_hugoniot"),
     "discarded": (0.0, "discarded_particles"),
