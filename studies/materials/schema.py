@@ -405,6 +405,8 @@ class Material:
 
 # Read by laws, reports and checks and by no simulation: runs that differ in these alone are the same.
 NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
+# Of the section of heat: these act where matter opens (solver/matter/tension/opening.py).
+OF_OPENING = ("solidus", "liquidus", "heat_to_solidus", "incipient_vaporisation")
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"

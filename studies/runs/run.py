@@ -8,7 +8,7 @@ module loads no solver.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypedDict, final
@@ -18,7 +18,7 @@ from solver.registry import entries
 from studies import scenarios
 from studies.convergence.experience import MeshError, MeshGrid, mesh_error
 from studies.materials import Material, load
-from studies.materials.schema import NOT_SIMULATED
+from studies.materials.schema import NOT_SIMULATED, OF_OPENING
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain, Value, flat, parse_parameters
 
@@ -68,10 +68,9 @@ class Run:
         acting = {
             name: value for name, value in self.parameters.items() if value is not None and name not in self.materials
         }
-        constants = {
-            role: {name: value for name, value in material.resolved().items() if name not in NOT_SIMULATED}
-            for role, material in self.materials.items()
-        }
+        rule = entries("solver.matter.tension", "TENSION").get(str(acting.get("tension")))
+        idle = () if rule is not None and rule.opens else OF_OPENING
+        constants = {role: _acting(material, idle) for role, material in self.materials.items()}
         content = {"physics": PHYSICS_VERSION, "scenario": self.scenario, "parameters": acting, "materials": constants}
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
@@ -122,6 +121,14 @@ def resolve(scenario: str, parameters: Mapping[str, Plain], materials: Mapping[s
     if findings:
         raise InvalidInput(findings)
     return Run(scenario, flat(filled), given)
+
+
+def _acting(material: Material, idle: Sequence[str]) -> dict[str, Plain]:
+    """The constants of a material that a run takes; some of those of heat may be idle."""
+    plain = {name: value for name, value in material.resolved().items() if name not in NOT_SIMULATED}
+    thermal = plain["thermal"]
+    assert isinstance(thermal, Mapping)
+    return {**plain, "thermal": {name: value for name, value in thermal.items() if name not in idle}}
 
 
 # s per particle-step of smoothed particles in three dimensions, 12 000 of them, 2026-11-23 (``make bench``).

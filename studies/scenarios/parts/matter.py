@@ -209,7 +209,7 @@ def matter(
             strengths = entries("solver.matter.strength", "STRENGTH")
             melt = melt if strengths[material.strength.kind].melts else liquidus
         melting = lindemann(eos, at, thermal.melting_slope, fusion=fusion, density_ratio=density, liquidus=liquidus)
-    if thermal.incipient_vaporisation is not None:
+    if rule.opens and thermal.incipient_vaporisation is not None:
         melting = melting._replace(vaporisation=thermal.incipient_vaporisation)
     constants = material.taken(rule.record)
     if None in constants.values():

@@ -53,7 +53,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ),
     *(
         ("thin_plate", {"failure": "spall-rate", "target": target}, "failure", f"of its source, which {target} has not")
-        for target in ("armco-iron", "lead", "tungsten")
+        for target in ("al-1100-o", "al-5456-h116", "armco-iron", "lead", "tungsten")
     ),
     ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
     *(
