@@ -286,7 +286,7 @@ def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Se
         flags=(*_flags(numbers, observer.scenario.least_cells), *((LOST_PARTICLES,) if lost else ())),
         numbers=numbers,
         stop=outcome.stop,
-        histories=_histories(observer.setting, outcome),
+        histories=_histories([setting for setting, _ in observer.stages], outcomes),
         distributions=_distributions(observer),
     )
 
@@ -297,24 +297,28 @@ def _distributions(observer: RunObserver) -> dict[str, ReadDistribution]:
     return {one.name: {"version": one.version, "values": one.read(observer.last_view).tolist()} for one in read}
 
 
-def _histories(setting: Setting, outcome: Outcome) -> dict[str, Sequence[object]]:
-    """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies."""
-    whole, audits = 2.0 * math.pi / setting.sector, outcome.history
+def _histories(settings: Sequence[Setting], outcomes: Sequence[Outcome]) -> dict[str, Sequence[object]]:
+    """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies.
+
+    Of the settings of all stages and their outcomes; each stage models a sector of its own.
+    """
+    wholes = [2.0 * math.pi / setting.sector for setting in settings]
+    audits = [(whole, audit) for whole, ended in zip(wholes, outcomes, strict=True) for audit in ended.history]
+    bodies = settings[-1].problem.bodies
 
     def of_bodies(pick: Callable[[BodyBalance], float]) -> list[list[float]]:
-        count = range(len(setting.problem.bodies))
         # A body of a later stage is not there before.
         return [
-            [whole * pick(audit.bodies[body]) if body < len(audit.bodies) else 0.0 for audit in audits]
-            for body in count
+            [whole * pick(audit.bodies[body]) if body < len(audit.bodies) else 0.0 for whole, audit in audits]
+            for body in range(len(bodies))
         ]
 
     def of_run(pick: Callable[[Exchanged], float]) -> list[float]:
-        return [whole * pick(audit.exchanged) for audit in audits]
+        return [whole * pick(audit.exchanged) for whole, audit in audits]
 
     return {
-        "time": [audit.time for audit in audits],
-        "bodies": [body.name for body in setting.problem.bodies],
+        "time": [audit.time for _, audit in audits],
+        "bodies": [body.name for body in bodies],
         "kinetic_energy": of_bodies(lambda body: body.kinetic),
         "internal_energy": of_bodies(lambda body: body.internal),
         "departed_energy": of_bodies(lambda body: body.departed_kinetic + body.departed_internal),

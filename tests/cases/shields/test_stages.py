@@ -69,6 +69,7 @@ OBLIQUE: dict[str, Any] = {
 }
 # With a second bumper.
 DOUBLE: dict[str, Any] = {**SMALL, "bumper_2": "al-6061-t6", "bumper_2_thickness": 0.5e-3, "bumper_2_stand_off": 15e-3}
+BROKEN = 0.1  # of the momentum of a wall, that pieces and rings may differ by
 BEHIND = ("shield_momentum_behind", "shield_kinetic_energy_behind")
 OUTCOME = "wall_perforated"
 PROFILED = 5  # functions that take the most time
@@ -134,6 +135,22 @@ def test_stages__keep_mass_momentum_and_energy_with_the_flights(
     hit = wall_momentum(result)
     behind = result.measurements["shield_momentum_behind"].value or math.nan
     compared(at_least("momentum on the wall, of what flies to it", limit=0.1, got=hit / behind), *balances(result))
+
+
+@pytest.mark.claim("debris", "pieces-on-a-wall", minutes=0.2)
+def test_pieces__keep_them_and_bring_the_wall_the_momentum_of_rings(compared: Compared, tmp_path: Path) -> None:
+    """Debris that comes as pieces keeps mass, momentum and energy, and its wall takes the momentum that rings give."""
+    opening = {**SMALL, "tension": "opening", "cells_per_wall": 4.0}
+    even = execute(asked(**opening), tmp_path / "even", threads=1)
+    pieces = execute(asked(**opening, pieces_seed=1), tmp_path / "pieces", threads=1)
+    compared(
+        *balances(pieces),
+        *(
+            relative(name, expected=value_of(name)(even), got=value_of(name)(pieces), within=MASS_ERROR)
+            for name in BEHIND
+        ),
+        relative("momentum of the wall", expected=wall_momentum(even), got=wall_momentum(pieces), within=BROKEN),
+    )
 
 
 @pytest.mark.claim("shields", "shield-quarter", minutes=0.1)
