@@ -117,10 +117,10 @@ def material_of(name: str) -> Material:
 
 
 def compute(directory: Path | None = None) -> None:
-    """Compute the runs that are not stored yet, the first seed of all shots first."""
+    """Compute the runs that are not stored yet, shot by shot."""
     rows = list(stored())
     known = {(row["shot"], row["seed"]) for row in rows}
-    missing = [(name, seed) for seed, name in product(SEEDS, asked()) if (name, seed) not in known]
+    missing = [place for place in product(asked(), SEEDS) if place not in known]
     with (
         tempfile.TemporaryDirectory() as temporary,
         ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
@@ -128,7 +128,7 @@ def compute(directory: Path | None = None) -> None:
         folder = (directory or Path(temporary)).resolve()
         for computing in as_completed([pool.submit(computed_row, *place, folder) for place in missing]):
             rows.append(computing.result())
-            rows.sort(key=lambda row: (row["seed"], list(asked()).index(row["shot"])))
+            rows.sort(key=lambda row: (list(asked()).index(row["shot"]), row["seed"]))
             keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": rows}, STORED)
 
 
@@ -207,11 +207,13 @@ def _by_speed(said: Mapping[str, Simulated]) -> Iterator[list[str]]:
 
 def _row(name: str, where: str, judged: Judged, undecided: int, failures: int) -> list[str]:
     right = judged.right
-    low, high = right.interval if right.of else (math.nan, math.nan)
-    share = f"{right.count} of {right.of}"
+    share, interval = f"{right.count} of {right.of}", ""
+    if right.of:
+        low, high = right.interval
+        interval = f"{100 * low:.0f} to {100 * high:.0f} %"
     counts = map(str, (judged.unsafe.count, judged.careful.count, undecided))
     found = f"{judged.caught.count} of {failures}"
-    return [name, where, share, f"{100 * low:.0f} to {100 * high:.0f} %", *counts, found]
+    return [name, where, share, interval, *counts, found]
 
 
 def _shots(said: Mapping[str, Simulated]) -> Iterator[list[str]]:
