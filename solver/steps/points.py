@@ -15,6 +15,7 @@ from solver.matter.failure import weakens
 from solver.matter.laws import Matter
 from solver.matter.strength import stored_part
 from solver.matter.stress import PointState, advance, signal_speed
+from solver.matter.tension import linking
 from solver.matter.tensor import contract
 from solver.problem import ArtificialViscosity, Problem
 from solver.problem.geometry import Geometry, dimensions, hoop_factor, unpacked
@@ -178,8 +179,8 @@ def update_particles(
                 load(table, DAMAGE, p, lanes),
                 load(table, HARDENED, p, lanes) if weakens(matter.failure) else none,
                 load(table, STORED, p, lanes) if stored_part(matter.strength) > 0.0 else none,
-                load(table, PARTED, p, lanes),
-                load(table, GROWN, p, lanes),
+                load(table, PARTED, p, lanes) if linking(matter.tension) < 1.0 else none,
+                load(table, GROWN, p, lanes) if linking(matter.tension) < 1.0 else none,
             )
             eos = burning(matter.eos, table, p, lanes, time, geometry.spacing)
             local = Matter(
@@ -209,8 +210,9 @@ def update_particles(
             store(table, STRAIN, p, new.plastic_strain, lanes)
             store(table, KELVIN, p, maximum(new.temperature, 0.0), lanes)
             store(table, DAMAGE, p, new.damage, lanes)
-            store(table, PARTED, p, new.parted, lanes)
-            store(table, GROWN, p, new.grown, lanes)
+            if linking(matter.tension) < 1.0:
+                store(table, PARTED, p, new.parted, lanes)
+                store(table, GROWN, p, new.grown, lanes)
             if weakens(matter.failure):
                 store(table, HARDENED, p, new.hardened, lanes)
             if stored_part(matter.strength) > 0.0:

@@ -13,6 +13,7 @@ from solver.matter.laws import Matter
 from solver.matter.strength import stored_part
 from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.matter.stress import JAUMANN, PointState, advance, signal_speed
+from solver.matter.tension import linking
 from solver.problem import ArtificialViscosity
 from solver.problem.geometry import AXES
 from solver.state import DAMPED, DENSITY, GROWN, HARDENED, MASS, empty_table, lines
@@ -71,7 +72,7 @@ def by_eights(matter: Matter, gradients: np.ndarray, states: np.ndarray, whole_w
 
 def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
     """The same, point by point in plain Python: each row, the energy to come, and what counts."""
-    found, stores = [], bool(stored_part(matter.strength) > 0.0)
+    found, stores, opens = [], bool(stored_part(matter.strength) > 0.0), bool(linking(matter.tension) < 1.0)
     for state, row in zip(states.T, gradients.T, strict=True):
         gradient = row.reshape(3, 3)
         density, energy, pressure, viscosity, *stress = state[:10]
@@ -88,8 +89,8 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> dic
             damage,
             hardened,
             stored * stores,
-            parted,
-            grown,
+            parted * opens,
+            grown * opens,
         )
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
         signal, floored = signal_speed(matter, VISCOSITY, SPACING, np.trace(gradient), new)
@@ -105,8 +106,7 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> dic
             new.plastic_strain,
             max(new.temperature, 0.0),
             new.damage,
-            new.parted,
-            new.grown,
+            *((new.parted, new.grown) if opens else (parted, grown)),
             *kept,
         )
         found.append((*rows, present, signal, *counts))

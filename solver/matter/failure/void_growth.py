@@ -63,12 +63,8 @@ class VoidGrowth(NamedTuple):
         if not anywhere(damage >= HALF):
             return closed
         voids = void_fraction(self, damage)
-        borne = (
-            self.strength
-            * maximum(loading.coherent, SMALLEST)
-            * log(maximum(voids, self.dilute_voids))
-            * (1.0 / math.log(self.dilute_voids))
-        )
+        whole = self.strength * maximum(loading.coherent, SMALLEST)
+        borne = whole * log(maximum(voids, self.dilute_voids)) * (1.0 / math.log(self.dilute_voids))
         before = maximum(-loading.pressure, 0.0) / borne
         opening = self.bulk_modulus * self.strain_rate * loading.dt / borne
         after = _root(opening, 1.0 / self.exponent, before)
