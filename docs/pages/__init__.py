@@ -83,11 +83,11 @@ def read_json(file: Path) -> Any:
 
 
 def computed_once(run: Run, directory: Path) -> RunResult:
-    """The result of a run, computed where its directory has none."""
+    """The result of a run, computed where its directory has none, and from where it was cut."""
     file = directory / RESULT
     if not file.exists():
         directory.mkdir(parents=True, exist_ok=True)
-        execute(run, directory, threads=1)
+        execute(run, directory, threads=1, checkpoint=directory / "checkpoint")
     return RunResult.from_json(read_json(file))
 
 
