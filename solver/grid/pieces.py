@@ -76,6 +76,15 @@ class Scattered(NamedTuple):
     mass: np.ndarray  # (p,) of each, as far as it is in the quarter, kg
 
 
+def radius_of(arrivals: Arrivals, share: float) -> float:
+    """Radius (m) within which arrivals of a body of revolution bring a share of their momentum along the flight."""
+    momentum, order = arrivals.table[MASS] * arrivals.table[VY], np.argsort(arrivals.table[X])
+    if not order.size:
+        return 0.0
+    within = np.cumsum(momentum[order])
+    return float(arrivals.table[X, order[np.searchsorted(within, share * within[-1])]])
+
+
 def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: float, seed: int) -> Scattered:
     """The flight of a body of revolution as one to a quarter of the same grid.
 

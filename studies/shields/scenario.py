@@ -56,8 +56,9 @@ SLOWEST = 0.2
 # Of the way from the first bumper: radius of a sheet that is modelled. Clouds open by 30 degrees to either side and
 # less (their largest radius is about half of their length); what flies past is counted.
 WALL_RADIUS = math.tan(math.radians(30.0))
-# The same where pieces fly to it, in three dimensions: that of 90 % of their momentum (5.41 mm at 3, 5, 7 km/s: 0.18,
-# 0.32 and 0.26 of the way, 2026-11-29).
+# The same where pieces fly to it, in three dimensions: no more than what this share of their momentum meets, which is
+# within 18 degrees (5.41 mm at 3, 5 and 7 km/s: 0.18, 0.32 and 0.26 of the way, 2026-11-29).
+PIECES_SHARE = 0.9
 PIECES_RADIUS = math.tan(math.radians(18.0))
 PIECES_CELLS = 8.0  # through a wall that pieces hit, at least
 # Of the cells across the projectile: through the wall, and each bumper but the first. At 32 across, 8: a hole is within
@@ -424,22 +425,11 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         number = len(setting.before)
         if number + 1 == self.stages:
             return None
-        from solver.grid.flight import fly
         from solver.state import MASS
         from studies.shields.measurements.shield import view
 
-        (hit, behind), target, snapshot = self.sheets[number : number + 2], self.target(number + 1), outcome.snapshot
-        geometry, _ = self.target(number + 1, flat=True).grid()
-        before, shift = setting.problem, along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
-        shift[0] = behind.aside - hit.aside
-        flight = fly(before, snapshot, outcome.books, geometry=geometry, shift=shift, bodies=len(before.bodies) + 1)
-        seen, sector = view(setting, snapshot), setting.sector
-        if self.has_pieces and number + 2 == self.stages:
-            from solver.grid.pieces import scatter
-
-            sizes = sizes_of_pieces(before, flight, [breakup_of(materials[body.name]) for body in before.bodies])
-            flight = scatter(before, flight, sizes, spacing=target.step, seed=self.walls.pieces_seed or 0).flight
-            sector = SECTORS["quarter"]
+        target, flight, sector = self._flown(number, setting, outcome, materials)
+        before, snapshot, seen = setting.problem, outcome.snapshot, view(setting, outcome.snapshot)
         scale = sector / setting.sector
         ended = BumperStage(
             bumper=seen.bumpers[-1],
@@ -462,6 +452,34 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
             settles=self._settles(number + 1),
             before=(*setting.before, ended),
         )
+
+    def _flown(
+        self, number: int, setting: ShieldSetting, outcome: "Outcome", materials: Materials
+    ) -> "tuple[Impact, Flight, float]":
+        """The next sheet, what flies to it from the sheet ``number``, and the sector (rad) that its stage models."""
+        from solver.grid.flight import fly
+        from solver.grid.pieces import radius_of, scatter
+
+        (hit, behind), before = self.sheets[number : number + 2], setting.problem
+        shift = along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
+        shift[0] = behind.aside - hit.aside
+
+        def flight_to(sheet: Impact) -> "Flight":
+            geometry, _ = sheet.grid()
+            bodies = len(before.bodies) + 1
+            return fly(before, outcome.snapshot, outcome.books, geometry=geometry, shift=shift, bodies=bodies)
+
+        target = self.target(number + 1)
+        if not self.has_pieces or number + 2 < self.stages:
+            return target, flight_to(target), setting.sector
+        widest = self.target(number + 1, flat=True)
+        least = CLEAR_CELLS * target.shot.cell
+        radius = min(widest.radius, max(least, radius_of(flight_to(widest).arrivals, PIECES_SHARE)))
+        flight = flight_to(replace(widest, radius=radius))
+        sizes = sizes_of_pieces(before, flight, [breakup_of(materials[body.name]) for body in before.bodies])
+        seed = self.walls.pieces_seed or 0
+        scattered = scatter(before, flight, sizes, spacing=target.step, seed=seed)
+        return replace(target, radius=radius), scattered.flight, SECTORS["quarter"]
 
     def _problem_behind(
         self, target: Impact, material: "Material", before: "Problem", flight: "Flight", *, begin: float
