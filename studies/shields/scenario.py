@@ -190,7 +190,7 @@ class Walls:
         diameter = shot.projectile_diameter
         cells = cells_through(self.wall_thickness, shot)
         late = CAP_PER_DIAMETER * diameter + way / (SLOWEST * shot.speed * math.cos(obliquity))
-        pieces_seed = self.pieces_seed if shot.geometry == "axisymmetric" else None
+        pieces_seed = (self.pieces_seed or None) if shot.geometry == "axisymmetric" else None
         if pieces_seed:
             cells = max(cells, PIECES_CELLS)
         wall = max(RADIUS * diameter, (PIECES_RADIUS if pieces_seed else WALL_RADIUS) * way) + _aside(obliquity, way)

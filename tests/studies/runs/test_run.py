@@ -10,7 +10,7 @@ import pytest
 
 from studies import materials
 from studies.materials import Material
-from studies.materials.schema import NOT_SIMULATED
+from studies.materials.schema import NOT_SIMULATED, OF_OPENING
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.run import Run, resolve
@@ -78,8 +78,12 @@ STATED = {path for path in COPPER.paths() if COPPER.value_at(path)}  # no zero
 def test_identity__is_changed_by_every_physical_constant_of_each_material(path: str) -> None:
     value = COPPER.value_at(path)
     assert value is not None
-    other = COPPER.with_value(path, value * (1.0 + 1e-9))
-    assert len({asked().id, asked(projectile=other).id, asked(target=other).id}) == 3
+    less = path == "thermal.solidus"  # which no constant may lie below
+    other = COPPER.with_value(path, value * (1.0 - 1e-9 if less else 1.0 + 1e-9))
+    opens = path.removeprefix("thermal.") in OF_OPENING
+    rule = {"tension": "opening"} if opens else {}
+    assert len({asked(**rule).id, asked(**rule, projectile=other).id, asked(**rule, target=other).id}) == 3
+    assert (asked().id == asked(target=other).id) == opens, "matter that does not open does not take them"
 
 
 def test_identity__has_none_of_what_does_not_act() -> None:
