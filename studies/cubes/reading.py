@@ -87,15 +87,19 @@ def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
 
 def open_cube(path: Path) -> xr.Dataset:
     """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    file = _file_of(path)
-    with _refusing(file), xr.open_dataset(file) as dataset:
-        loaded = _checked(dataset).load()
+    with open_lazily(path) as dataset:
+        loaded = dataset.load()
+    file = path / CUBE if path.is_dir() else path
     return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 def open_lazily(path: Path) -> xr.Dataset:
     """The cube of a file, read as it is looked at; raises InvalidInput where it is none."""
-    file = _file_of(path)
+    from studies.sweeps.document import no_such_cube
+
+    file = path / CUBE if path.is_dir() else path
+    if not file.exists():
+        raise no_such_cube(file)
     with _refusing(file):
         return _checked(xr.open_dataset(file))
 
@@ -112,15 +116,6 @@ def open_file(file: BinaryIO, place: str) -> Dataset:
         dataset = _checked(inner).copy()
         dataset.set_close(ends.pop_all().close)
         return dataset
-
-
-def _file_of(path: Path) -> Path:
-    from studies.sweeps.document import no_such_cube
-
-    file = path / CUBE if path.is_dir() else path
-    if not file.exists():
-        raise no_such_cube(file)
-    return file
 
 
 @contextmanager
