@@ -64,9 +64,8 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
 
     An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at; that needs ``pip install
     'whipple[remote]'``. The key in ``WHIPPLE_API_KEY`` is sent to this machine and to ``WHIPPLE_SERVICE`` alone.
+    Raises InvalidInput for anything but a cube, and for one of another layout.
     """
-    import xarray
-
     import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
 
     if str(path).startswith(("http://", "https://")):
@@ -75,8 +74,9 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
         key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))
         is_own = str(path).startswith(f"{service.rstrip('/')}/") or urlsplit(str(path)).hostname in LOOPBACK
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key and is_own else {})
-    file = Path(path)
-    return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
+    from studies.cubes.reading import open_lazily
+
+    return open_lazily(Path(path))
 
 
 def laws(**parameters: "Plain") -> "xarray.Dataset":

@@ -13,7 +13,7 @@ BLOCK = 1 << 18  # bytes per request
 
 
 def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
-    """The dataset at an address; closing it closes the connection. Raises MissingExtra."""
+    """The dataset at an address; closing it closes the connection. Raises MissingExtra and InvalidInput."""
     try:
         import fsspec
 
@@ -27,4 +27,4 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
     from studies.cubes.reading import open_file
 
     file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
-    return open_file(file.open())
+    return open_file(file.open(), url)

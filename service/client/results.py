@@ -27,7 +27,7 @@ class SweepFolder(PosixPath):
         document = json.loads(report.read_bytes())
         rows = [
             ("headline", document["headline"]),
-            ("runs", len(document["runs"])),
+            ("runs", len(document["runs"]["runs"])),
             ("report", Path(self, REPORT_HTML)),
         ]
         return table(document["title"], rows)

@@ -3,8 +3,8 @@
 import hashlib
 import json
 import math
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
@@ -87,30 +87,51 @@ def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
 
 def open_cube(path: Path) -> xr.Dataset:
     """The whole cube of a file, in memory; raises InvalidInput where it is none."""
+    with open_lazily(path) as dataset:
+        loaded = dataset.load()
+    file = path / CUBE if path.is_dir() else path
+    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
+
+
+def open_lazily(path: Path) -> xr.Dataset:
+    """The cube of a file, read as it is looked at; raises InvalidInput where it is none."""
     from studies.sweeps.document import no_such_cube
 
     file = path / CUBE if path.is_dir() else path
     if not file.exists():
         raise no_such_cube(file)
-    try:
-        with xr.open_dataset(file) as dataset:
-            loaded = dataset.load()
-        if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
-            raise ValueError("no sweep is in it")
-        if (version := int(loaded.attrs.get("schema_version", 0))) != SCHEMA_VERSION:
-            raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
-    except (OSError, ValueError) as error:
-        cure = f"give cube.nc of a sweep, or its folder: {error}"
-        raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
+    with _refusing(file):
+        return _checked(xr.open_dataset(file))
 
 
-def open_file(file: BinaryIO) -> Dataset:
-    """The dataset in an open file, read as it is looked at; closing it closes the file."""
-    with ExitStack() as ends:
+def open_file(file: BinaryIO, place: str) -> Dataset:
+    """The cube in an open file, read as it is looked at; closing it closes the file.
+
+    ``place`` is where it is, for errors. Raises InvalidInput where it is no cube.
+    """
+    with ExitStack() as ends, _refusing(place):
         ends.callback(file.close)
         inner = xr.open_dataset(file, engine="h5netcdf")
         ends.callback(inner.close)
-        dataset = inner.copy()
+        dataset = _checked(inner).copy()
         dataset.set_close(ends.pop_all().close)
+        return dataset
+
+
+@contextmanager
+def _refusing(place: Path | str) -> Iterator[None]:
+    """Refuse what is no cube, or one of another layout."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        cure = f"give cube.nc of a sweep, or its folder: {error}"
+        raise refusal("CUBE", str(place), "the cube of a sweep", cure) from None
+
+
+def _checked(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset that is a cube of the present layout; raises ValueError for any other."""
+    if "quantities" not in dataset.attrs or "sweep" not in dataset.attrs:
+        raise ValueError("no sweep is in it")
+    if (version := int(dataset.attrs.get("schema_version", 0))) != SCHEMA_VERSION:
+        raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
     return dataset

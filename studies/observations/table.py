@@ -7,7 +7,6 @@ and is refused, as every separator of thousands is.
 
 import csv
 import io
-import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -256,7 +255,7 @@ def is_nothing(cell: object) -> bool:
     """Whether a cell states nothing: empty, "-", "N/A", or a NaN."""
     if isinstance(cell, str):
         return cell.strip().lower() in NOTHING
-    return cell is None or (is_number(cell) and math.isnan(cell))
+    return cell is None or (is_number(cell) and cell != cell)
 
 
 def stated(cell: Plain, unit: str | None) -> Stated:
@@ -324,7 +323,7 @@ def exact(
 
 def yes_or_no(cell: Plain, where: str) -> bool:
     """Whether a cell says yes, or P for perforated; raises InvalidInput."""
-    word = str(int(cell) if isinstance(cell, int | float) else cell).strip().lower()
+    word = str(cell).strip().lower().removesuffix(".0")
     if word not in YES_OR_NO:
         raise refusal(where, cell, "yes or no, or P or NP", nearest_cure(cell, ("yes", "no", "P", "NP")))
     return YES_OR_NO[word]

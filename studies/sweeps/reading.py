@@ -111,7 +111,8 @@ class _DocumentReading:
         roles = {role: self._material_names(role, own) for role in scenario.materials}
         terms = vocabulary(scenario.name, roles, own)
         # A material that is refused is none that is missing.
-        terms = replace(terms, materials=sorted({*terms.materials, *self._mapping("materials")}))
+        names = {name for name in self._mapping("materials") if isinstance(name, str)}
+        terms = replace(terms, materials=sorted({*terms.materials, *names}))
         fixed = parse_values(terms.parameters, self.fixed, "fixed", self.findings, materials=terms.materials)
         self.sampling = self.findings.attempt(self._sampling, combine)
         axes = self._axes(terms, combine)
@@ -222,10 +223,12 @@ class _DocumentReading:
         return {name: material for name, material in read.items() if material is not None}
 
     def _material(self, name: str, document: Plain) -> Material:
+        if not isinstance(name, str):
+            raise refusal("materials", name, "names that are texts", f"write it in quotes: '{name}'")
         if name in shipped.names():
             limit = "a name that no shipped material has"
             raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
-        return read_own(document, f"materials.{name}", str(name))
+        return read_own(document, f"materials.{name}", name)
 
     def _laws(self, terms: AllowedNames) -> tuple[OwnLaw, ...]:
         """The fitted laws; each has a name of its own and is about what the scenario measures."""

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import asdict
-from functools import cache
 
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, JsonValue
 
 from service.api.dependencies import PostedDocument, in_child
+from service.api.once import built_once
 from service.api.reading import answered, answered_as_cube
 from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
@@ -57,7 +57,7 @@ def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listi
     """Add an endpoint for a list that never changes: its response is written by the first request."""
 
     def add(catalogue: Listing) -> Listing:
-        @cache
+        @built_once
         def written() -> bytes:
             return catalogue().model_dump_json(by_alias=True).encode()
 

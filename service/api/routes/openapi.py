@@ -1,12 +1,12 @@
 """The OpenAPI document: open to callers without a key, as it names no sweep."""
 
 import json
-from functools import cache
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import JsonValue
 
 from service.api.errors import MEDIA_TYPE
+from service.api.once import built_once
 from service.api.routes import Routes
 from service.api.schemas import component_schemas
 
@@ -42,7 +42,7 @@ def show_openapi(request: Request) -> Response:
     return Response(_written(request.app), media_type="application/json")
 
 
-@cache
+@built_once
 def _written(app: FastAPI) -> bytes:
     return json.dumps(app.openapi()).encode()
 
@@ -51,6 +51,7 @@ def add_schemas(app: FastAPI) -> None:
     """Describe problem documents and report.json in the OpenAPI document."""
     original = app.openapi
 
+    @built_once
     def openapi() -> dict[str, JsonValue]:
         document = original()
         document["components"]["schemas"] |= component_schemas()

@@ -96,8 +96,8 @@ def status(
     key_file: KeyFile = None,
 ) -> None:
     """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen; --runs: its runs."""
-    if watch and (as_json or id is None):
-        raise refusal("--watch", "--watch", "with an ID and without --json", "leave it out")
+    if watch and (as_json or runs or state or id is None):
+        raise refusal("--watch", "--watch", "with an ID and without --json, --runs and --state", "leave it out")
     if (runs or state) and id is None:
         raise refusal("--runs", "--runs", "with an ID", "name a sweep")
     with client_of(url, key_file) as client:
@@ -169,6 +169,8 @@ def fetch(
     key_file: KeyFile = None,
 ) -> None:
     """Download cube and report of a sweep, all of its files, or those of one run."""
+    if whole + run + log > 1:
+        raise refusal("fetch", "several files", "one of --zip, --run and --log", "leave the others out")
     with client_of(url, key_file) as client:
         if log:
             print(escaped(client.log(client.find_run(id))), end="")

@@ -65,6 +65,8 @@ def doctor(
     """
     settings = settings_of(data=data, database_url=database_url)
     if adopt or trust_clock or forget_lost is not None:
+        if as_json:
+            raise refusal("--json", "--json", "a check without a cure", "leave it out")
         _cure(settings, forget_lost, adopt=adopt, trust_clock=trust_clock)
         return
     from service.cli.doctor import CheckStatus, examine
@@ -179,8 +181,12 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
+    from rich.console import Console
+    from rich.progress import track
+
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
+    terminal = Console(stderr=True)
     settings = settings_of(data=data, database_url=database_url)
     done: list[Remeasured] = []
     with open_store(settings) as store, nullcontext() if dry_run else without_services(settings, store):
@@ -192,7 +198,8 @@ def remeasure(
             return
         record_command(store, "remeasure")
         try:
-            done.extend(remeasure_runs(settings, store, plan.measurable))
+            measured = remeasure_runs(settings, store, plan.measurable)
+            done.extend(track(measured, "results", total=count, console=terminal, disable=not terminal.is_terminal))
         finally:
             # Also after an interruption.
             failed = [(result.run_id, result.reason) for result in done if result.reason]

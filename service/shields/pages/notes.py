@@ -30,8 +30,8 @@ def _of_sweep(document: Mapping[str, Plain]) -> str:
     axes, fixed = document.get("axes"), document.get("fixed")
     failures = axes.get("failure") if isinstance(axes, Mapping) else None
     if not isinstance(failures, list):
-        failures = [fixed.get("failure", NO_FAILURE) if isinstance(fixed, Mapping) else NO_FAILURE]
-    found = {str(failure): failures_found(str(failure), FAST) for failure in failures}
+        failures = [fixed.get("failure") if isinstance(fixed, Mapping) else None]
+    found = {name: failures_found(name, FAST) for name in (str(failure or NO_FAILURE) for failure in failures)}
     return rendered(TEMPLATE, found=found, fast=FAST / 1e3)
 
 

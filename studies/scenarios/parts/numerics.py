@@ -172,6 +172,8 @@ class Numerics:
             idle.add("damping_order")
         if self.friction and self.contact not in CRITERIA:
             idle.discard("friction")  # ``check`` refuses it
+        if self.contact in CRITERIA and not method.is_on_grid:
+            idle.discard("contact")  # the method refuses it
         return replace(self, **dict.fromkeys(idle))  # type: ignore[arg-type]
 
     def check(self, end_time: float | None, method: MethodChoice = ON_GRID) -> list[Finding]:

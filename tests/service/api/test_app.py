@@ -2,10 +2,15 @@
 
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from ipaddress import ip_network
 from pathlib import Path
+from typing import Any
 
 import pytest
+from fastapi import applications
+from fastapi.openapi.utils import get_openapi
 from fastapi.testclient import TestClient
 
 from service.api.access import check_binding
@@ -64,6 +69,22 @@ def test_interface__without_the_pages_serves_programs_as_before(
         for path in ("/", "/new", "/docs", "/login", "/static/style.css", f"/sweeps/{id}"):
             answer = api.http.get(path, headers=browser)
             assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
+
+
+def test_description__is_built_once_for_simultaneous_first_requests(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four requests that come together have FastAPI describe the routes once."""
+    built = []
+
+    def slow_build(**described: Any) -> dict[str, Any]:
+        built.append(described["title"])
+        time.sleep(0.2)  # the others come meanwhile
+        return get_openapi(**described)
+
+    monkeypatch.setattr(applications, "get_openapi", slow_build)
+    with ThreadPoolExecutor() as pool:
+        answers = list(pool.map(api.http.get, ["/openapi.json", "/docs"] * 2))
+    assert [each.status_code for each in answers] == [200] * 4
+    assert built == ["whipple"]
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.org"])

@@ -113,6 +113,21 @@ def test_id__may_be_its_beginning_unless_several_have_it(shared_api: Api, capsys
     assert printed("queue")["paused"] is None
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("status", "1", "--watch", "--runs"),
+        ("status", "1", "--watch", "--state", "failed"),
+        ("fetch", "1", "--run", "--zip", "--out", "."),
+        ("fetch", "1", "--log", "--zip"),
+        ("doctor", "--adopt", "--json"),
+    ],
+)
+def test_options__of_which_one_would_be_ignored_are_refused(arguments: tuple[str, ...], capsys: Capsys) -> None:
+    assert run(*arguments) == 2
+    assert re.search("cure +leave", capsys.readouterr().err)
+
+
 def test_orders__move_a_sweep(shared_api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(examples.text("smoke").replace("3 km/s", "6.5 km/s"))

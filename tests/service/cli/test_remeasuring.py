@@ -103,11 +103,15 @@ def _here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_here")
-def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: Solved, capsys: Capsys) -> None:
+def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
+    solved: Solved, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")  # a terminal, for rich
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.runs.file(id, RESULT) for id in old]
     assert run("remeasure") == 0
-    output = capsys.readouterr().out
+    output, shown = capsys.readouterr()
+    assert "100%" in shown
     assert "changed: 2 results; unreadable: 0" in output
     assert "published again at the next start of the service: 2 sweeps" in output
     assert all(f"{row.id}  {row.name}" in output for row in solved.store.sweeps.page().items)

@@ -15,6 +15,7 @@ from service.client import connection
 from service.client import remote_cube as remote
 from service.client.client import Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
+from studies.cubes.variables import SCHEMA_VERSION
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import MissingExtra
 from tests.service.support.api import FILES, SWEEP, Api, sweep_of
@@ -172,6 +173,7 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
 @pytest.fixture
 def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
+    cube.attrs = {"quantities": "hole_diameter", "sweep": "{}", "schema_version": SCHEMA_VERSION}
     cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
     (name,) = (each for each in FILES if each.endswith("cube.nc"))
     monkeypatch.setitem(FILES, name, (tmp_path / "cube.nc").read_bytes())

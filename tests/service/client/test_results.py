@@ -14,6 +14,7 @@ import whipple
 from service.client.client import Client
 from service.client.progress import showing_progress
 from service.client.results import SweepFolder
+from studies.cubes.reading import open_file
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep
@@ -21,6 +22,8 @@ from studies.reports.report import report_of
 from tests.service.support.api import Api, sweep_of
 from tests.studies.films.test_film import small_problem, states
 from tests.studies.support import fakes
+
+OF_LAWS = ["hole_diameter_laws", "hole_diameter_laws_ratio"]  # in millimetres, and in diameters of the projectile
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +48,7 @@ def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: 
     html = folder._repr_html_()
     assert html is not None
     assert "headline" in html
+    assert re.search(f"<th[^>]*>runs</th><td[^>]*>{len(fakes.holes().runs())}</td>", html)
     assert str(folder / "report.html") in html
     assert SweepFolder(tmp_path)._repr_html_() is None
 
@@ -57,13 +61,23 @@ def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp
         of_laws = cube.whipple.plot_laws("hole_diameter")
         with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
             cube.whipple.plot_laws("hole_diamter")
-        assert cube.whipple.plot_laws().names == of_laws.names == ["hole_diameter_laws"]
+        assert cube.whipple.plot_laws().names == of_laws.names == OF_LAWS
     figures = folder.plot()
     assert figures.names == expected
     [first, *_] = re.findall('data:image/svg[+]xml;base64,([^"]*)', figures._repr_html_())
     assert b"<svg" in base64.b64decode(first)
-    assert [file.name for file in of_laws.save(tmp_path / "figures", "svg")] == ["hole_diameter_laws.svg"]
+    saved = [file.name for file in of_laws.save(tmp_path / "figures", "svg")]
+    assert saved == [f"{name}.svg" for name in OF_LAWS]
     assert figures.drawing("hole_diameter_laws").axes
+
+
+@pytest.mark.parametrize("is_remote", [False, True])
+def test_open_cube__refuses_one_of_another_layout(is_remote: bool, folder: SweepFolder, tmp_path: Path) -> None:
+    older = tmp_path / "cube.nc"
+    with whipple.open_cube(folder) as cube:
+        cube.assign_attrs(schema_version=0).to_netcdf(older)
+    with pytest.raises(InvalidInput, match="this one has layout 0, and 1 is read: compute its sweep again"):
+        open_file(older.open("rb"), "http://127.0.0.1/cube.nc") if is_remote else whipple.open_cube(tmp_path)
 
 
 @pytest.mark.claim("pages", "notebook", minutes=0.2)

@@ -198,7 +198,10 @@ class Reader:
         file = self.clone / f"{self.page}-line-{block.line}.yaml"
         own = [self.clone / "holes.yaml", self.clone / "first.yaml"]
         texts = [yaml.safe_load(each.read_text()) for each in own if each.exists()]
-        file.write_text(yaml.safe_dump({**(texts or [SMALL])[0], **yaml.safe_load(block.text)}))
+        lines, document = yaml.safe_load(block.text), dict((texts or [SMALL])[0])
+        if "accuracy" in lines:  # an accuracy takes the place of a resolution
+            document.pop("resolution")
+        file.write_text(yaml.safe_dump({**document, **lines}))
         return self.run(block, ".venv/bin/whipple", "estimate", file)
 
     def _listing(self, block: Block) -> Row:

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from studies import laws
-from studies.cubes import cube
+from studies.cubes import audit, cube
 from studies.cubes.catalogue import LawChoice
 from studies.cubes.exports import runs_csv
 from studies.cubes.growing import still_growing
@@ -37,6 +37,12 @@ WORDS = sweep_of(
     Axis("speed", "m s-1", (5e3, 3e3)),
     fixed={"plate_thickness": 2e-3},
 )
+
+
+def test_audit__has_a_number_that_follows_none_at_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = audit.AuditNumber("aardvarks", "1", "a number of another distribution")
+    monkeypatch.setattr(audit, "entries", lambda *_: {number.name: number for number in (own, *audit.AUDIT)})
+    assert audit.audit_numbers.__wrapped__() == (*audit.AUDIT, own)
 
 
 def holes() -> xr.Dataset:

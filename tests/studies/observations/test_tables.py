@@ -192,6 +192,12 @@ def test_range__has_bounds_and_no_value_and_is_read_as_it_is_written(cell: str, 
     assert read_observations([shot.document(HOLES)], HOLES) == (shot,)
 
 
+@pytest.mark.parametrize("cell", [float("inf"), 10**400, "1e999"])
+def test_number_without_bounds__is_refused(cell: Any) -> None:
+    with pytest.raises(InvalidInput, match="hole_diameter"):
+        one(cell)
+
+
 def test_approximate_size__has_no_uncertainty_and_says_so() -> None:
     """What is only about a size tests nothing: it has no uncertainty, but the one that is stated beside it."""
     shot = one("~6.7")

@@ -40,6 +40,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     bar("bar_length", "8 cells", pressure=1e8, bar_length=7e-3),
     bar("bar_length", "at least a cell", bar_length=0.5e-3),
     bar("section", "set geometry to quarter", section="square"),
+    bar("contact", "set contact to none", method="sph", geometry="quarter", wall="symmetric", contact="gap"),
     # Matter that does not go with a model.
     ("thin_plate", {"failure": "plastic-strain"}, "failure_strain", "a value for failure plastic-strain"),
     ("thin_plate", {"failure": "spall"}, "failure_time", "give failure_time"),

@@ -163,6 +163,13 @@ def test_own_table__has_a_unit_in_its_header_or_beside_the_number() -> None:
     assert read_shots([{**_plain(shot), "outcome": "perforated"}])[0].is_perforated
 
 
+@pytest.mark.parametrize("cell", [float("inf"), 10**400, 0.5])
+def test_own_shots__say_whether_walls_were_perforated_in_words_or_as_0_and_1(cell: float) -> None:
+    row = {name: value for name, value in _plain(read_shots(OWN)[0]).items() if name != "outcome"}
+    assert "allowed: yes or no, or P or NP" in refused([{**row, "perforated": cell}])
+    assert read_shots([{**row, "perforated": 1.0}])[0].is_perforated
+
+
 def _plain(shot: ShieldShot) -> dict[str, Any]:
     units = {"speed": "m/s", "density": "kg/m3", "stress": "Pa", "obliquity": "rad"}
     of = {name: next((unit for word, unit in units.items() if word in name), "m") for name in vars(shot)}

@@ -181,6 +181,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
             ["axes.speed", "at most 1000 values"],
         ),
         ("materials", {"copper-ofhc": {}}, ["materials.copper-ofhc", "no shipped material"]),
+        ("materials", {1: {}}, ["materials: 1 is refused", "names that are texts", "in quotes: '1'"]),
         ("materials", {"mine": {}}, ["materials.mine: nothing for density", "eos"]),
         ("observations", [{"speed": 6}], ["observations[0]: speed"]),
     ],

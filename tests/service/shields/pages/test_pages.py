@@ -62,6 +62,7 @@ def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None
     ("document", "said"),
     [
         ({"fixed": {}}, "with failure none, such simulations found 7 of 17 walls that were perforated"),
+        ({"fixed": {"failure": None}}, "with failure none, such simulations found 7 of 17 walls that were perforated"),
         ({"axes": {"failure": ["void-growth"]}}, "with failure void-growth, such simulations found 8 of 17"),
         ({"fixed": {"failure": "spall-rate"}}, "with failure spall-rate, no published shots were simulated like this"),
     ],
