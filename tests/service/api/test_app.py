@@ -135,11 +135,6 @@ def test_write__from_another_site_is_refused_and_stores_nothing(shared_api: Api,
     assert shared_api.http.get("/v1/sweeps").json()["items"] == []
 
 
-def test_write__of_an_own_page_is_taken(api: Api) -> None:
-    headers = {"Sec-Fetch-Site": "same-origin", "Origin": "http://127.0.0.1:8000"}
-    assert api.http.post("/v1/sweeps", json=SWEEP, headers=headers).status_code == 202
-
-
 @pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps", "/v1/queue"])
 def test_every_answer__says_what_a_browser_may_not_do_with_it(
     shared_api: Api, path: str, monkeypatch: pytest.MonkeyPatch

@@ -65,22 +65,6 @@ def test_key__that_is_none_is_refused(shared_api: Api, key: str) -> None:
     assert listed(shared_api) == []
 
 
-def test_constants__that_are_doubtful_are_said_with_the_estimate_and_the_submission(api: Api) -> None:
-    wrong = {**SWEEP, "fixed": {**SWEEP["fixed"], "target.strength.A": "90 Pa"}}
-    words = "target.strength.A = 90 Pa of copper-ofhc: 1 MPa to 5 GPa is usual (initial yield stress)"
-    estimate = api.http.post("/v1/sweeps/estimate", json=wrong).json()
-    assert words in estimate["warnings"]
-    assert submit(api, wrong).json()["warnings"] == estimate["warnings"]
-    assert submit(api).json()["warnings"] == []
-
-
-def test_constants__with_which_matter_fails_at_its_first_slip_are_refused(shared_api: Api) -> None:
-    wrong = {**SWEEP, "fixed": {**SWEEP["fixed"], "failure": "johnson-cook", "target.fracture.D1": -6.0}}
-    assert refused_field(submit(shared_api, wrong)) == "failure"
-    assert refused_field(shared_api.http.post("/v1/sweeps/estimate", json=wrong)) == "failure"
-    assert listed(shared_api) == []
-
-
 def test_priority_and_keep__are_stated_in_the_query_and_no_part_of_the_question(api: Api) -> None:
     accepted = submit(api, query="?priority=-7&keep=film").json()
     assert (accepted["priority"], accepted["keep"]) == (-7, "film")

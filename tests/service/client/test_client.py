@@ -53,21 +53,6 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     assert len(list(handle.runs("failed"))) == 2
 
 
-def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client) -> None:
-    document = sweep_of(name="a < b", axes={"speed": ["3.7 km/s"]})
-    handle = client.submit(document)
-    html = handle._repr_html_()
-    assert "a &lt; b" in html
-    assert "queued" in html
-    assert "report.html" not in html  # there is none yet
-    shared_api.compute()
-    assert f"{client.url}/v1/sweeps/{handle.id}/report.html" in handle._repr_html_()
-    run_id = next(handle.runs())["run"]["id"]
-    html = client.run(run_id)._repr_html_()
-    for text in ("succeeded", "plate thickness", "2 mm", "3.7 km/s"):
-        assert text in html, text
-
-
 class _Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True

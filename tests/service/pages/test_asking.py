@@ -266,14 +266,3 @@ def test_form__leaves_the_cells_of_a_stored_sweep_to_its_accuracy() -> None:
 def test_form__asks_for_an_accuracy_where_experience_may_tell_a_mesh_error(api: Api) -> None:
     assert 'name="accuracy"' in api.http.get("/new/thin_plate").text
     assert 'name="accuracy"' not in api.http.get("/new/plugging").text
-
-
-def test_form__that_the_disk_cannot_hold_is_refused_with_both_numbers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.api.dependencies.free_bytes", lambda _folder: (1 << 30) + 100_000)
-    with open_api(tmp_path, disk_reserve="1GiB") as api:
-        refused = send(api, FIELDS)
-        assert refused.status_code == 422
-        assert "0.3 MiB" in refused.text
-        assert "0.1 MiB" in refused.text
