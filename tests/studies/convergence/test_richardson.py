@@ -141,14 +141,6 @@ def test_error_bar__of_synthetic_series_covers_the_limit(
 # --- parts of the error bar -------------------------------------------------------------------------
 
 
-def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
-    samples = [Sample(h, LIMIT + ERROR * h, sub_cell=0.01, rest=0.7) for h in HALVING]
-    result = converge(samples)
-    parts = (result.mesh, 0.01, 0.7)
-    assert (result.offsets, result.measurement) == pytest.approx(parts[1:])
-    assert result.uncertainty == pytest.approx(math.hypot(*parts))
-
-
 # --- failed runs ------------------------------------------------------------------------------------
 
 
@@ -164,14 +156,6 @@ def test_grid_or_offset_without_anything_to_measure__contradicts_the_others(offs
     assert result.value == others[0].value
     assert math.isnan(result.mesh)
     assert f"1 of {runs} runs found nothing to measure" in result.reason
-
-
-@pytest.mark.parametrize("values", [(), (math.nan,), (math.nan, math.inf)])
-def test_nothing__has_no_value(values: Sequence[float]) -> None:
-    result = alone(*values)
-    assert result.verdict == "no value"
-    assert math.isnan(result.value)
-    assert math.isnan(result.uncertainty)
 
 
 @pytest.mark.parametrize("grids", [1, 2, 3])
@@ -205,20 +189,6 @@ def test_converge__does_not_see_the_order_of_runs(levels: list[list[float]], ran
     shuffled = list(samples)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
     assert repr(converge(shuffled)) == repr(converge(samples))  # a repr, because NaN is not NaN
-
-
-@given(LEVELS, st.integers(-20, 20), st.integers(-20, 20))
-def test_converge__does_not_see_the_units(levels: list[list[float]], of_value: int, of_length: int) -> None:
-    plain = converge(samples_of(levels))
-    factor = 2.0**of_value  # exact, so that no decision is on the edge
-    scaled = converge(
-        Sample(s.spacing * 2.0**of_length, s.value * factor, s.sub_cell * factor, s.rest * factor)
-        for s in samples_of(levels)
-    )
-    assert scaled.verdict == plain.verdict
-    for name in (*NUMBERS, "order", "gci"):
-        expected = getattr(plain, name) * (factor if name in NUMBERS else 1.0)
-        assert getattr(scaled, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
 
 
 @given(LEVELS)

@@ -11,7 +11,6 @@ import pytest
 from studies import laws, materials
 from studies.laws import RangeStatus, Shot
 from studies.shields.laws import whipple_jsc, whipple_nno, whipple_nno_modified, whipple_reimerdes, whipple_srl
-from studies.shields.laws._shields import ShieldCode
 from studies.shields.shield import FurtherBumper, Shield, ShotAtShield, at_shield
 from tests.claims.rows import Row, equal
 from tests.studies.laws.test_laws import OF_ALUMINIUM
@@ -67,10 +66,6 @@ def test_answer__about_a_wall_of_another_metal_and_without_a_shield_has_a_status
     steel = at_shield(OF_ALUMINIUM, replace(SHIELD, wall_family="steel"))
     for shot, status in ((steel, RangeStatus.OTHER_MATERIAL), (OF_ALUMINIUM, RangeStatus.NO_ANSWER)):
         assert laws.load("whipple_nno").evaluate(shot).status is status
-
-
-def test_code__has_words() -> None:
-    assert all(code.reason for code in ShieldCode)
 
 
 @pytest.mark.claim("door", "shield-vectors")
