@@ -14,7 +14,6 @@ from tests.claims.rows import Row, at_least, at_most
 from tests.studies.convergence.series import LAYOUTS, coverages
 
 HALVING = (1.0, 2.0, 4.0)
-UNEVEN = (1.0, 1.4, 2.6)  # r21 = 1.4, r32 = 1.857
 LIMIT, ERROR = 20.0, 0.5  # of the manufactured series f(h) = LIMIT + ERROR h^p
 SOLVED = 1e-9  # relative: what bisection leaves of an order, and round-off of differences
 ROUND = 1e-6  # relative: what round-off of differences of numbers near 20 leaves
