@@ -10,7 +10,6 @@ from fastapi.testclient import TestClient
 
 from service.api.access import check_binding
 from service.api.errors import SECURITY_HEADERS
-from service.api.routes import all_routes
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import SWEEP, Api, open_api
@@ -48,22 +47,6 @@ def test_api_process__never_loads_solver_or_datasets(tmp_path: Path) -> None:
     )
     assert answer.returncode == 0, answer.stderr
     assert int(answer.stdout.split()[0]) > 15
-
-
-def test_interface__without_the_pages_serves_programs_as_before(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    programs = tuple(routes for routes in all_routes() if routes.name != "pages")
-    monkeypatch.setattr("service.api.app.all_routes", lambda: programs)
-    browser = {"Accept": "text/html"}
-    with open_api(tmp_path) as api:
-        id = api.submit()
-        api.compute()
-        for path in ("/openapi.json", "/livez", "/v1/laws", f"/v1/sweeps/{id}/report.html"):
-            assert api.http.get(path, headers=browser).status_code == 200
-        for path in ("/", "/new", "/docs", "/login", "/static/style.css", f"/sweeps/{id}"):
-            answer = api.http.get(path, headers=browser)
-            assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.org"])

@@ -1,7 +1,6 @@
 """The client, against the real interface over a real connection."""
 
 import io
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,15 +55,3 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
 class _Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
-
-
-@pytest.mark.parametrize("is_terminal", [True, False])
-def test_wait__shows_a_bar_to_a_person_alone(
-    shared_api: Api, client: Client, monkeypatch: pytest.MonkeyPatch, is_terminal: bool
-) -> None:
-    screen = _Terminal() if is_terminal else io.StringIO()
-    monkeypatch.setattr(sys, "stderr", screen)
-    handle = client.submit(sweep_of(name="watched", axes={"speed": ["3.8 km/s"]}))
-    shared_api.compute()
-    handle.wait(timeout=30.0)
-    assert ("watched" in screen.getvalue()) is is_terminal

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from service.pages.charts import Chart, ChartLine
 from service.pages.grid import SHADES, sheet_of, shown_cells
 from service.pages.page_routes import head_links
 from service.records.jobs import GridCell, Keep, State
@@ -239,16 +238,6 @@ def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> Non
     cancelling = api.http.post(f"{here}/cancel", data=token_of(api, here)).text
     assert re.findall(r'"state (\w+)"', cancelling) == ["cancelling"]
     assert f'action="{here}/cancel"' not in cancelling
-
-
-def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
-    lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
-    chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
-    drawn = [int(line.label) for line in chart.drawn_part().lines]
-    assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
-    assert "8 of 20 lines are drawn" in chart.image("/there", {})
-    assert "&lt;Hole&gt;" in chart.image("/there", {})
-    assert not Chart("none", chart.x, chart.y, lines[9:10]).image("/there", {})
 
 
 def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:

@@ -36,6 +36,7 @@ SWEEP: dict[str, Any] = {
 NAME = "hole_diameter"
 ROUND_OFF = 1e-12  # relative: the same operations in another order
 
+
 def result_of(run: Run, directory: Path) -> dict[str, Any]:
     """The result of a run as a program reads it from its file."""
     directory.mkdir(parents=True)

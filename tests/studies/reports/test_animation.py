@@ -47,14 +47,3 @@ def test_mp4__needs_ffmpeg_or_the_library_that_brings_it(
     assert run("export", folder, "--movie", tmp_path / "other.mp4") == 1
     assert "whipple[video]" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
-
-
-@pytest.mark.parametrize(
-    ("out", "field", "message"), [("film.avi", "speed", ".gif or .mp4"), ("film.gif", "temperatur", "'temperature'")]
-)
-def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
-    out: str, field: str, message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("export", folder, "--movie", tmp_path / out, "--field", field) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
