@@ -10,7 +10,6 @@ ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "own-shots.csv"
 TEXT = (ROOT / "docs" / "own-shots.md").read_text(encoding="utf-8")
 HOLES = vocabulary("thin_plate", {}, {})
-SPHERE = {"speed": 5100.0, "plate_thickness": 2e-3}
 
 
 def test_own_shots__tables_of_the_page_are_the_example() -> None:

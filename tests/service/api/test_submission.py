@@ -9,7 +9,6 @@ from service.api import dependencies
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 KEY = "8e03978e-40d5-43dd-bc93-6894a57f9324"
-JSON = {"Content-Type": "application/json"}
 
 
 def submit(api: Api, document: Any = SWEEP, *, key: str | None = None, query: str = "") -> Any:

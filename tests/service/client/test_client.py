@@ -1,6 +1,5 @@
 """The client, against the real interface over a real connection."""
 
-import io
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -50,8 +49,3 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     assert [point["ordinal"] for point in handle.runs()] == list(range(121))
     shared_api.compute(failures=2)
     assert len(list(handle.runs("failed"))) == 2
-
-
-class _Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True

@@ -173,7 +173,6 @@ def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
 
 VALUES = st.floats(1.0, 100.0, width=32)
 LEVELS = st.lists(st.lists(VALUES | st.just(math.nan), min_size=1, max_size=4), max_size=5)
-NUMBERS = ("value", "uncertainty", "mesh", "offsets", "measurement", "extrapolated")
 
 
 def samples_of(levels: Sequence[Sequence[float]]) -> list[Sample]:

@@ -11,15 +11,10 @@ from studies.answers.answer import answers, document
 from studies.answers.cube import cube_of
 from studies.answers.question import read_question
 from studies.quantities.findings import InvalidInput
-from studies.shields.answered import TARGET
 from studies.sweeps.cost import cost_of
-from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.studies.answers.test_answers import shots_of
 from tests.studies.shields.samples import QUESTION
-
-assert TARGET.example is not None
-EXAMPLE = read_yaml(TARGET.example.read_text(encoding="utf-8"), TARGET.example.name)
 
 
 def test_cube__has_the_answers_over_the_axes() -> None:
