@@ -137,9 +137,6 @@ def test_error_bar__of_synthetic_series_covers_the_limit(
         compared(Row(name, "", text, None))
 
 
-# --- parts of the error bar -------------------------------------------------------------------------
-
-
 # --- failed runs ------------------------------------------------------------------------------------
 
 
@@ -155,6 +152,14 @@ def test_grid_or_offset_without_anything_to_measure__contradicts_the_others(offs
     assert result.value == others[0].value
     assert math.isnan(result.mesh)
     assert f"1 of {runs} runs found nothing to measure" in result.reason
+
+
+@pytest.mark.parametrize("values", [(), (math.nan,), (math.nan, math.inf)])
+def test_nothing__has_no_value(values: Sequence[float]) -> None:
+    result = alone(*values)
+    assert result.verdict == "no value"
+    assert math.isnan(result.value)
+    assert math.isnan(result.uncertainty)
 
 
 @pytest.mark.parametrize("grids", [1, 2, 3])
