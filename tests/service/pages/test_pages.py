@@ -5,7 +5,9 @@ import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from html.parser import HTMLParser
+from io import BytesIO
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 
@@ -13,6 +15,7 @@ from service.pages.grid import SHADES, sheet_of, shown_cells
 from service.pages.page_routes import head_links
 from service.records.jobs import GridCell, Keep, State
 from studies import measurements
+from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
@@ -217,6 +220,20 @@ def test_histories__of_a_result_that_was_missing_are_drawn_once_it_is_back(api: 
     assert image not in api.http.get(f"/runs/{lease.id}").text
     file.write_bytes(content)
     assert image in api.http.get(f"/runs/{lease.id}").text
+
+
+def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
+    api.submit(axes={"speed": ["3 km/s", "4 km/s", "5 km/s"]})
+    pages = []
+    kinds = ((SECTIONS, "radiograph.npy"), (SECTIONS, "bodies.npy"), (STATE, "time.npy"))
+    for (kind, name), lease in zip(kinds, api.store.leases.take(3, api.term()), strict=True):
+        content = BytesIO()
+        with ZipFile(content, "w") as archive:
+            archive.writestr(name, b"")
+        file = api._stored(f"{lease.id}/{kind}", content.getvalue())
+        api.store.leases.finish(lease, replace(api.result(lease.id), files=(*api.result(lease.id).files, file)))
+        pages.append(api.http.get(f"/runs/{lease.id}").text)
+    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0, 1]
 
 
 def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:

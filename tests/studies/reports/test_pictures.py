@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from studies.films.section import read_sections
+from studies.films.section import END, read_sections
+from studies.quantities.display import printed
 from studies.reports import pictures
 from studies.reports.publish import publish_sweep
 from studies.sweeps.axes import Axis
@@ -44,6 +45,20 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
     torn.write_bytes(file.read_bytes()[:1000])
     first, second, _ = (point.run.id for point in sweep.runs())
     return reported(sweep, folder / "out", {first: file, second: torn})
+
+
+def test_picture__says_what_was_measured_and_when(report: Reported) -> None:
+    document, html = report
+    [end] = [p for p in pictures_of_run(document, 0) if p["kind"] == "end" and p["field"] == "plastic_strain"]
+    hole = document["runs"]["runs"][0]["values"]["hole_diameter"]
+    assert end["across"] == [{"quantity": "hole_diameter", "label": "hole diameter", "value": hole}]
+    assert f"hole diameter {printed(hole, 'length')} mm" in end["alt"]
+    assert end["alt"] in html
+    assert re.search(rf">{printed(hole, 'length')} mm</text>", html)
+    sections = read_sections(solved("thin_plate") / "sections.npz")
+    state = sections.at(END)
+    assert state
+    assert end["time"] == state.time
 
 
 def test_colours__of_the_end_are_those_of_the_plate_and_not_of_debris() -> None:
