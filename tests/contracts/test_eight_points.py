@@ -167,15 +167,3 @@ def test_law__is_the_same_for_eight_points_as_for_one(law: str) -> None:
         largest = expected["signal"].max(), np.abs(gradients[[0, 4, 8]].sum(axis=0)).max()
         assert np.allclose((tally.signal, tally.volume_rate), largest, rtol=ROUND_OFF, atol=0.0)
         assert not tally.fault
-
-
-def test_points__come_to_every_branch() -> None:
-    """Of copper's laws: each safeguard acts on some points and not on others, and some of them yield and fail."""
-    matter = real_copper()._replace(failure=test_failure.copper("spall"))
-    gradients, states = points(matter)
-    result, cold = (one_by_one(laws, gradients, states) for laws in (matter, real_copper()))
-    for name in ("molten", "unstable", "beyond_hugoniot", "sound_floors", "failed"):
-        assert 0 < result[name].sum() < POINTS, name
-    assert 0 < cold["tension_floors"].sum() < POINTS
-    slip = result["rows"][10] > states[10]
-    assert 0 < slip.sum() < POINTS

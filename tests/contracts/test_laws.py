@@ -17,7 +17,6 @@ from studies.materials.schema import CONFIDENCES
 from tests import samples
 
 COPPER = materials.load("copper-ofhc")
-ALUMINIUM = materials.load("al-2024-t3")
 
 
 @pytest.fixture(params=list(entries("studies.laws", "LAW")))

@@ -10,7 +10,7 @@ import pytest
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
 from tests.docs.test_makefile import TARGETS
-from tests.service.support.blocks import LONG, NEEDED, Reader, blocks_of, cloned, surroundings
+from tests.service.support.blocks import Reader, blocks_of, cloned, surroundings
 from tests.service.support.processes import ROOT
 
 SECONDS = 1800.0  # that a command may take, or until it computes
@@ -56,10 +56,3 @@ def test_command__does_what_it_says(command: str, reader: Reader, compared: Comp
         left = git(reader.clone, "status", "--porcelain", "--ignored").splitlines()
         left = [each for each in left if "__pycache__" not in each]
         compared(equal("what make clean leaves: the release", expected=["!! dist/"], got=left))
-
-
-def test_lists__name_commands_that_are_there() -> None:
-    """A command of the lists of those that take long, or that machines lack, stands in a page."""
-    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")]
-    text = "\n".join([*COMMANDS, *(block.text for page in pages for block in blocks_of(page))])
-    assert [each for each in (*LONG, *NEEDED) if each not in text] == []

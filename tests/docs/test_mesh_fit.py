@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from docs.mesh_fit import GROUPS, HELD, Shot, Value, fit, in_space, left_out, share_held, sizes, wider_until_held
-from studies.convergence.experience import FREEDOM, Experience, MeshGrid, MeshModel, bias_terms, scale_terms
-from tests.studies.convergence.test_experience import DOMAIN
+from docs.mesh_fit import GROUPS, HELD, Shot, Value, fit, left_out, share_held, sizes, wider_until_held
+from studies.convergence.experience import FREEDOM, MeshGrid, MeshModel, bias_terms, scale_terms
 
 TRUE = MeshModel(
     {"through": 1.0, "across": 0.3, "through speed": 0.4, "across speed": -0.1},
@@ -60,15 +59,3 @@ def test_coverage__holds_of_what_was_left_out_and_falls_with_other_coefficients(
     wider = wider_until_held([found])
     assert (wider > 1.0) is not expected
     assert share_held(found, wider) >= HELD[0]
-
-
-def test_three_dimensions__widen_the_scale_to_what_they_show() -> None:
-    in_three = [
-        replace(shot, values=tuple(replace(v, grid=replace(v.grid, in_space=True)) for v in shot.values))
-        for shot in invented(seed=2, wider=3.0)
-    ]
-    domain = replace(DOMAIN, strength=(1e8, 1e9))
-    known = in_space(in_three, Experience(TRUE, domain))
-    assert known.model.in_space is not None
-    assert 1.5 < known.model.in_space < 4.5
-    assert in_space([], Experience(TRUE, domain)).model.in_space is None

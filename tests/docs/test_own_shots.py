@@ -3,21 +3,13 @@
 import re
 from pathlib import Path
 
-from studies.observations import COLUMNS, OWN_COLUMNS, Observation, read_observations
+from studies.observations import COLUMNS, OWN_COLUMNS, read_observations
 from studies.sweeps.reading import vocabulary
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "own-shots.csv"
 TEXT = (ROOT / "docs" / "own-shots.md").read_text(encoding="utf-8")
 HOLES = vocabulary("thin_plate", {}, {})
-SPHERE = {"speed": 5100.0, "plate_thickness": 2e-3}
-
-
-def test_own_shots__example_is_read_as_the_page_explains_it() -> None:
-    first, second = read_observations(EXAMPLE.read_text(encoding="utf-8"), HOLES)
-    source, note = "shot 17, 2026-03-02", "mean of two diameters"
-    assert first == Observation("hole_diameter", 0.0183, 4e-4, source, SPHERE, note=note)
-    assert second.uncertainty is None
 
 
 def test_own_shots__tables_of_the_page_are_the_example() -> None:

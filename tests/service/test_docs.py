@@ -7,7 +7,6 @@ import pytest
 import typer.main
 
 from service.cli.main import app
-from service.records.jobs import Cause, Keep, Scope, State, SweepState
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
@@ -47,9 +46,3 @@ def test_commands__of_a_service_are_all_told_of() -> None:
     local |= {"export", "plot", "fit", "surrogate"}
     for name in commands() - local - {"list", "laws", "shots"}:
         assert f"whipple {name}" in PAGE, name
-
-
-@pytest.mark.parametrize("arguments", [Cause, Keep, Scope, State, SweepState])
-def test_words__of_the_service_are_explained(arguments: type) -> None:
-    for word in arguments:  # type: ignore[attr-defined]
-        assert f"`{word}`" in PAGE, word

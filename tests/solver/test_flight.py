@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.errors import ProblemError
 from solver.grid.debris import clear_debris
 from solver.grid.flight import Flight, flown_columns, fly
 from solver.problem import Face, Problem, Retirement
 from solver.simulation import Outcome, simulate, start
-from solver.state import MASS, S12, STORED, VX, VZ, Arrivals, X, Y, Z, columns, empty_table
+from solver.state import MASS, S12, STORED, VX, VZ, X, Y, Z, columns, empty_table
 from tests.solver.bodies import ABOUT_AXIS, FREE, SPACING, assert_balanced, block, box, real_copper
 from tests.solver.test_debris import behind
 
@@ -185,9 +184,3 @@ def test_arrivals__fly_on_between_joins() -> None:
     number = simulation.particles.number[mine] - problem.bodies[2].mass.size
     expected = flown_columns(problem, arrivals.table, simulation.time - arrivals.time)
     assert np.allclose(simulation.particles.position[mine, 1], expected[Y, number], atol=1e-3 * SPACING)
-
-
-def test_arrivals__ascend_in_time() -> None:
-    late, early = flight().arrivals.time[[-1, 0]]
-    with pytest.raises(ProblemError, match="ascend"):
-        arriving(arrivals=Arrivals(np.array([late, early]), np.zeros(2, np.int64), empty_table(2, remembers=True)))

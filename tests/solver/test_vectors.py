@@ -27,12 +27,9 @@ from solver.vectors import (
     nearest,
     power,
     power_of_two,
-    set_line,
-    spread,
     sqrt,
     store,
     total,
-    transposed,
     where,
 )
 
@@ -172,27 +169,6 @@ def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: A
         for row, expected in enumerate((np.log(x), np.exp(y), *powers)):
             places = 2.0 + (np.abs(np.log(expected)) if row > 1 else 0.0)
             assert (np.abs(values[row] - expected) <= places * LAST_PLACE * np.abs(expected)).all()
-
-
-# Lanes and memory
-
-
-@kernel
-def copied(table, out, row, place, count, mask, line_out):
-    """Some neighbours of a row to the same place of another table, and with the masked lanes to a line of eight."""
-    lanes = first_lanes(count) & (line(mask, 0) > 0.5)
-    values = load(table, row, place, lanes)
-    store(out, row, place, values, lanes)
-    store(out, row, place, spread(3.0), lanes & (values == 3.0))
-    set_line(line_out, 0, values)
-
-
-@kernel
-def exchanged(table, out):
-    rows = (line(table, 0), line(table, 1), line(table, 2), line(table, 3))
-    columns = transposed(*rows, line(table, 4), line(table, 5), line(table, 6), line(table, 7))
-    for row in range(LANES):
-        set_line(out, row, columns[row])
 
 
 # Reductions

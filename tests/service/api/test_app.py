@@ -15,7 +15,6 @@ from fastapi.testclient import TestClient
 
 from service.api.access import check_binding
 from service.api.errors import SECURITY_HEADERS
-from service.api.routes import all_routes
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import SWEEP, Api, open_api
@@ -53,22 +52,6 @@ def test_api_process__never_loads_solver_or_datasets(tmp_path: Path) -> None:
     )
     assert answer.returncode == 0, answer.stderr
     assert int(answer.stdout.split()[0]) > 15
-
-
-def test_interface__without_the_pages_serves_programs_as_before(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    programs = tuple(routes for routes in all_routes() if routes.name != "pages")
-    monkeypatch.setattr("service.api.app.all_routes", lambda: programs)
-    browser = {"Accept": "text/html"}
-    with open_api(tmp_path) as api:
-        id = api.submit()
-        api.compute()
-        for path in ("/openapi.json", "/livez", "/v1/laws", f"/v1/sweeps/{id}/report.html"):
-            assert api.http.get(path, headers=browser).status_code == 200
-        for path in ("/", "/new", "/docs", "/login", "/static/style.css", f"/sweeps/{id}"):
-            answer = api.http.get(path, headers=browser)
-            assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
 
 
 def test_description__is_built_once_for_simultaneous_first_requests(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,11 +137,6 @@ def test_write__from_another_site_is_refused_and_stores_nothing(shared_api: Api,
     response = shared_api.http.post("/v1/sweeps", json=SWEEP, headers=headers)
     assert response.status_code == 403
     assert shared_api.http.get("/v1/sweeps").json()["items"] == []
-
-
-def test_write__of_an_own_page_is_taken(api: Api) -> None:
-    headers = {"Sec-Fetch-Site": "same-origin", "Origin": "http://127.0.0.1:8000"}
-    assert api.http.post("/v1/sweeps", json=SWEEP, headers=headers).status_code == 202
 
 
 @pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps", "/v1/queue"])

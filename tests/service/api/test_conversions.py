@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.api import conversions, reading
 from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
 from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
@@ -279,10 +278,6 @@ async def wait_for(condition: Callable[[], object]) -> None:
     with anyio.fail_after(DEADLINE):
         while not condition():
             await anyio.sleep(0.001)
-
-
-def test_child__gives_way_as_one_that_reads_documents_does() -> None:
-    assert conversions.NICENESS >= reading.NICENESS
 
 
 def with_files(api: Api) -> tuple[str, str]:

@@ -118,15 +118,6 @@ def test_sweep_file__is_offered_under_a_plain_name(api: Api) -> None:
     assert re.fullmatch(r'attachment; filename="[A-Za-z0-9._-]+-cube\.nc"', disposition)
 
 
-def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api: Api) -> None:
-    id = api.submit(axes={"speed": ["8.5 km/s"]})
-    for name in FILES:
-        response = api.http.get(f"/v1/sweeps/{id}/{name}")
-        assert response.status_code == 409
-        assert response.json()["type"].endswith("not-ready")
-        assert "queued" in response.json()["detail"]
-
-
 def test_appendix__has_the_headers_of_the_report(shared_api: Api, addresses: Any) -> None:
     report, appendix = (shared_api.http.head(addresses[name][0]).headers for name in ("report.html", APPENDIX_HTML))
     assert "sandbox allow-scripts" in report["Content-Security-Policy"]
@@ -209,14 +200,3 @@ def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
     files = [api._stored(f"again/{name}", each) for name, each in FILES.items()]
     assert api.store.leases.publish(publication, files, seconds=0.1)  # the requests leave the one that is under way
     assert api.http.get(path).content == content
-
-
-def test_page__shows_nothing_of_a_damaged_file(api: Api) -> None:
-    page = f"/sweeps/{api.submit()}"
-    api.compute()
-    assert "simulation only" in api.http.get(page).text
-    _, stored = api.store.sweeps.get_with_file(page.rpartition("/")[2], "report.json")
-    assert stored is not None
-    file = api.settings.data / stored.path
-    file.write_bytes(file.read_bytes().replace(b"simulation", b"Simulation"))
-    assert "imulation only" not in api.http.get(page).text

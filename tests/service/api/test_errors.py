@@ -11,7 +11,6 @@ from service.records.jobs import StoreUnavailable
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 JSON = {"Content-Type": "application/json"}
-YAML = {"Content-Type": "application/yaml"}
 FIXED: dict[str, Any] = SWEEP["fixed"]
 
 

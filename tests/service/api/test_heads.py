@@ -2,12 +2,9 @@
 
 from collections.abc import Iterator
 
-import anyio
 import httpx
 import pytest
-from starlette.types import Message, Receive, Scope, Send
 
-from service.api.middleware import Heads
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
 from tests.service.support.api import Api, SameFile, every_route, served
@@ -61,25 +58,3 @@ def said(response: httpx.Response) -> tuple[int, dict[str, str]]:
     """Status and headers of a response that another one of the same request has too."""
     other = {"content-length"} if response.url.path in MOVING or response.is_error else set()
     return response.status_code, {name: value for name, value in response.headers.items() if name not in OF_ONE | other}
-
-
-def test_head__makes_nothing_of_the_body() -> None:
-    """Not one piece of a long response is made after its headers."""
-    pieces: list[int] = []
-    sent: list[str] = []
-
-    async def app(_scope: Scope, _receive: Receive, send: Send) -> None:
-        await send({"type": "http.response.start", "status": 200, "headers": []})
-        for number in range(3):
-            pieces.append(number)
-            await send({"type": "http.response.body", "body": b"piece", "more_body": True})
-
-    async def receive() -> Message:
-        return {"type": "http.request"}
-
-    async def send(message: Message) -> None:
-        sent.append(message["type"])
-
-    anyio.run(Heads(app), {"type": "http", "method": "HEAD"}, receive, send)
-    assert sent == ["http.response.start", "http.response.body"]
-    assert not pieces

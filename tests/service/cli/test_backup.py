@@ -17,7 +17,6 @@ from service.records.jobs import Submission, SweepState
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import InvalidInput
-from tests.service.support.command import run
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
 from tests.service.support.harness import Harness, open_harness
@@ -130,19 +129,6 @@ def test_backup__into_a_directory_of_a_service_is_refused(harness: Harness, tmp_
     for out in (harness.settings.data, harness.settings.data / "backup", tmp_path):
         with pytest.raises(InvalidInput, match="apart"):
             back_up(harness.settings, out, harness.store)
-
-
-def test_command__says_what_it_copied(harness: Harness, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "out"
-    with holding(harness.settings):  # a service runs
-        assert run("backup", out, "--data", harness.settings.data) == 0
-        assert "files copied" in capsys.readouterr().out
-        [_, (_, file), *_] = harness.store.retention.files()
-        Artifacts(harness.settings.data).path(file).write_bytes(b"x" * file.size)
-        shutil.rmtree(out)
-        assert run("backup", out, "--data", harness.settings.data) == 1
-    assert file.path in capsys.readouterr().err
-    assert not (out / file.path).exists()
 
 
 def test_postgresql__dump_first_then_files_restores_the_same_bits(

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from service.cli import local
-from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies.convergence import experience
@@ -136,12 +135,6 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         assert end in output
 
 
-def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
-    monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
-    assert run("demo", "--warm") == 1
-    assert "no compiler" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("kind", "name", "words"),
     [
@@ -164,18 +157,3 @@ def test_catalogue__is_that_of_the_api_in_tables_with_units(
     assert all(word in table for word in words), table
     assert run("list", kind, f"{name}x") == 2
     assert f"did you mean '{name}'" in capsys.readouterr().err
-
-
-def test_missing_file__is_named_with_the_one_beside_it_or_an_example(
-    smoke: Path, tmp_path: Path, capsys: Capsys
-) -> None:
-    missing = smoke.with_name("smok.yaml")
-    assert run("sweep", missing, "--out", tmp_path / "out") == 2
-    output = capsys.readouterr().err
-    for words in (f"{missing}: no such file", "did you mean 'smoke.yaml'", "holes.yaml"):
-        assert words in output
-    assert run("plot", tmp_path / "nothere") == 2
-    output = capsys.readouterr().err
-    assert "nothere: no such file" in output
-    assert "the cube.nc of a sweep" in output
-    assert "Examples" not in output

@@ -91,27 +91,6 @@ def test_keys__refuse_what_they_do_not_know(arguments: tuple[str, ...], capsys: 
 
 
 @pytest.mark.usefixtures("store")
-def test_key__of_a_name_that_exists_is_said_to_share_its_sweeps(capsys: Capsys) -> None:
-    for others, said in enumerate(("", "another key is named anna", "2 other keys are named anna")):
-        assert run("keys", "create", "anna") == 0
-        printed = capsys.readouterr().err
-        assert ("share their sweeps" in printed) is bool(others)
-        assert said in printed
-    assert run("keys", "create", "bert") == 0
-    assert "share their sweeps" not in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("store")
-def test_duration__that_is_refused_is_told_its_units(capsys: Capsys) -> None:
-    created(capsys, "anna")
-    for option in (("rotate", "anna", "--grace", "1s"), ("create", "anna", "--expires", "0.5d")):
-        assert run("keys", *option) == 2
-        printed = " ".join(capsys.readouterr().err.split())
-        assert "days (d), hours (h) or minutes (m), at least 1m" in printed
-        assert "90d, 12h or 30m" in printed
-
-
-@pytest.mark.usefixtures("store")
 def test_clock__is_trusted_by_a_command(store: Store, capsys: Capsys) -> None:
     now = read_clocks()
     jumped = ClockHistory(now).seen(now._replace(wall=now.wall + 45 * DAY)).with_pause(30 * DAY)

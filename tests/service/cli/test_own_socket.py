@@ -1,7 +1,6 @@
 """The door of the data directory's owner, where the loopback asks for a key."""
 
 import os
-import pwd
 import stat
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import httpx
 import pytest
 
 from service.cli.options import client_of
-from service.cli.serve import _door_of_the_user, _warn_of_other_users
+from service.cli.serve import _door_of_the_user
 from service.client.client import DEFAULT_URL, Client
 from service.files import SOCKET
 from service.settings import Settings
@@ -53,14 +52,3 @@ def test_socket__that_was_left_is_removed_and_one_without_a_place_refused(tmp_pa
     settings = Settings(data=tmp_path / ("x" * 120), trust_loopback=False)
     with pytest.raises(InvalidInput, match="shorter path"), _door_of_the_user(settings):
         pass
-
-
-def test_start__says_that_other_users_may_give_orders(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    for uid, shell, trusts in ((1, "sh", True), (1001, "sh", False), (1001, "nologin", True), (1001, "sh", True)):
-        assert caplog.messages == []
-        other = pwd.struct_passwd(("bert", "x", uid, uid, "", "/home/bert", f"/bin/{shell}"))
-        monkeypatch.setattr(pwd, "getpwall", lambda other=other: [other])
-        _warn_of_other_users(Settings(trust_loopback=trusts))
-    assert "1 other users of this machine" in caplog.text

@@ -52,17 +52,6 @@ def test_run_sweep__leaves_the_published_files_with_the_registered_digests(answe
     assert len(list((out / "runs").glob("*/film.npz"))) == 2
 
 
-def test_run_sweep__refuses_an_unknown_retention(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="keep"):
-        run_sweep(SWEEP, tmp_path, keep="everything")
-
-
-def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> None:
-    assert answered.progress[-1] == answered.finished.sweep
-    assert answered.finished.counts["succeeded"] == 2
-    assert [row.progress for row in answered.progress] == sorted(row.progress for row in answered.progress)
-
-
 def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -> None:
     out = Path(answered.finished)
     file = out.parent / "holes.json"

@@ -1,7 +1,5 @@
 """The client, against the real interface over a real connection."""
 
-import io
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -51,35 +49,3 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     assert [point["ordinal"] for point in handle.runs()] == list(range(121))
     shared_api.compute(failures=2)
     assert len(list(handle.runs("failed"))) == 2
-
-
-def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client) -> None:
-    document = sweep_of(name="a < b", axes={"speed": ["3.7 km/s"]})
-    handle = client.submit(document)
-    html = handle._repr_html_()
-    assert "a &lt; b" in html
-    assert "queued" in html
-    assert "report.html" not in html  # there is none yet
-    shared_api.compute()
-    assert f"{client.url}/v1/sweeps/{handle.id}/report.html" in handle._repr_html_()
-    run_id = next(handle.runs())["run"]["id"]
-    html = client.run(run_id)._repr_html_()
-    for text in ("succeeded", "plate thickness", "2 mm", "3.7 km/s"):
-        assert text in html, text
-
-
-class _Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
-
-
-@pytest.mark.parametrize("is_terminal", [True, False])
-def test_wait__shows_a_bar_to_a_person_alone(
-    shared_api: Api, client: Client, monkeypatch: pytest.MonkeyPatch, is_terminal: bool
-) -> None:
-    screen = _Terminal() if is_terminal else io.StringIO()
-    monkeypatch.setattr(sys, "stderr", screen)
-    handle = client.submit(sweep_of(name="watched", axes={"speed": ["3.8 km/s"]}))
-    shared_api.compute()
-    handle.wait(timeout=30.0)
-    assert ("watched" in screen.getvalue()) is is_terminal

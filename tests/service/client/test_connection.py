@@ -17,7 +17,6 @@ from service.client.client import Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
 from studies.cubes.variables import SCHEMA_VERSION
 from studies.quantities.files import SWEEP_FILES
-from studies.quantities.findings import MissingExtra
 from tests.service.support.api import FILES, SWEEP, Api, sweep_of
 
 Answer = httpx.Response | Exception
@@ -205,14 +204,3 @@ def test_open_cube__sends_the_key_to_the_own_service_alone(monkeypatch: pytest.M
     monkeypatch.setattr(remote, "open_remote", lambda _address, headers: headers)
     for service, is_sent in (("http://[::1]:1", True), ("https://a.org", True), ("https://a.org.net", False)):
         assert bool(whipple.open_cube(f"{service}/v1/cube.nc")) == is_sent
-
-
-def test_open_cube__without_its_libraries_says_what_to_install(
-    published: SweepHandle, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(name: str) -> None:
-        raise ImportError(f"No module named {name!r}")
-
-    monkeypatch.setattr(remote, "import_module", missing)
-    with pytest.raises(MissingExtra, match=r"pip install 'whipple\[remote\]'"):
-        published.open_cube()

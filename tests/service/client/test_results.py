@@ -2,24 +2,17 @@
 
 import base64
 import re
-import sys
-from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
-from typing import Any
 
 import pytest
 
 import whipple
-from service.client.client import Client
-from service.client.progress import showing_progress
 from service.client.results import SweepFolder
 from studies.cubes.reading import open_file
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep
 from studies.reports.report import report_of
-from tests.service.support.api import Api, sweep_of
 from tests.studies.films.test_film import small_problem, states
 from tests.studies.support import fakes
 
@@ -90,24 +83,3 @@ def test_film__of_a_run_is_a_moving_picture(folder: SweepFolder, tmp_path: Path)
     assert film.save(tmp_path / "film.gif").read_bytes() == film.gif == folder.film("12", "pressure").gif
     with pytest.raises(InvalidInput, match="keep: film"):
         folder.film("ff")
-
-
-def test_progress__in_a_notebook_takes_the_place_of_the_last(
-    shared_api: Api, url: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shown: list[str] = []
-    handle = SimpleNamespace(update=shown.append)
-    display: Any = ModuleType("IPython.display")
-    display.HTML, display.display = str, lambda html, display_id: handle
-    ipython: Any = ModuleType("IPython")
-    ipython.get_ipython = lambda: SimpleNamespace(kernel=True)
-    monkeypatch.setitem(sys.modules, "IPython", ipython)
-    monkeypatch.setitem(sys.modules, "IPython.display", display)
-    with Client(url) as client:
-        status = client.submit(sweep_of(name="watched <b>")).status()
-    with showing_progress("watched") as show:
-        for progress in (0.0, 0.5):
-            show(replace(status, progress=progress))
-    assert ["0%" in text for text in shown] == [True, True]
-    assert "50%" in shown[-1]
-    assert "watched &lt;b&gt;" in shown[0]

@@ -124,12 +124,6 @@ def test_pages__have_each_id_once_and_suggest_materials_where_a_field_takes_one(
         check_fields(api, f"/new/{name}", *scenarios.load(name).materials)
 
 
-def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
-    refused = send(api, {**FIELDS, "observations": "x" * (1 << 22)})
-    assert refused.status_code == 413
-    assert "POST /v1/sweeps" in refused.text
-
-
 def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
     issue_key(tmp_path, "nobody")
     with open_api(tmp_path, host="0.0.0.0") as api:
@@ -261,19 +255,3 @@ def test_form__leaves_the_cells_of_a_stored_sweep_to_its_accuracy() -> None:
     fields = fields_of({**document, "cells": [20.0, 16.0]})
     assert fields["accuracy"] == "3 %"
     assert document_of("thin_plate", fields) == document
-
-
-def test_form__asks_for_an_accuracy_where_experience_may_tell_a_mesh_error(api: Api) -> None:
-    assert 'name="accuracy"' in api.http.get("/new/thin_plate").text
-    assert 'name="accuracy"' not in api.http.get("/new/plugging").text
-
-
-def test_form__that_the_disk_cannot_hold_is_refused_with_both_numbers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.api.dependencies.free_bytes", lambda _folder: (1 << 30) + 100_000)
-    with open_api(tmp_path, disk_reserve="1GiB") as api:
-        refused = send(api, FIELDS)
-        assert refused.status_code == 422
-        assert "0.3 MiB" in refused.text
-        assert "0.1 MiB" in refused.text

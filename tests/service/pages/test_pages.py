@@ -4,7 +4,6 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from datetime import UTC, datetime
 from html.parser import HTMLParser
 from io import BytesIO
 from typing import Any
@@ -12,12 +11,9 @@ from zipfile import ZipFile
 
 import pytest
 
-from service.pages.charts import Chart, ChartLine
 from service.pages.grid import SHADES, sheet_of, shown_cells
 from service.pages.page_routes import head_links
 from service.records.jobs import GridCell, Keep, State
-from service.store.tables import SWEEPS
-from solver import PHYSICS_VERSION
 from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
@@ -75,20 +71,6 @@ def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) 
             assert id in there.ids, address
 
 
-def test_sweeps__show_state_progress_and_results(api: Api) -> None:
-    id = api.submit()
-    waiting = api.http.get("/").text
-    assert "queued" in waiting
-    for page in (waiting, api.http.get(f"/sweeps/{id}").text):
-        assert "Perforation of a plate" in page
-    assert "cube.nc" not in waiting
-    api.compute(failures=1)
-    done = api.http.get("/").text
-    assert f"/v1/sweeps/{id}/report.html" in done
-    assert f"/v1/sweeps/{id}/cube.nc" in done
-    assert "1 failed" in done
-
-
 def test_sweep__shows_the_headline_of_the_report(api: Api) -> None:
     page = f"/sweeps/{api.submit()}"
     waiting = api.http.get(page).text
@@ -109,19 +91,6 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     page = api.http.get("/").text
     assert "The queue has been paused since" in page
     assert "the scheduler &lt;is&gt; away" in page
-
-
-def test_sweep__that_is_computed_anew_says_so_and_leads_to_its_older_results(api: Api) -> None:
-    id, older = api.submit(), api.submit()
-    renewed = {"renewed": datetime(2026, 11, 28, tzinfo=UTC), "older": older}
-    with api.store.database.writing() as connection:
-        connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(renewed))
-    words = f"expanded anew on 2026-11-28: physics {PHYSICS_VERSION} computes all its points"
-    assert words in api.http.get("/").text
-    page = api.http.get(f"/sweeps/{id}").text
-    assert words in page
-    assert f'href="/sweeps/{older}"' in page
-    assert words not in api.http.get(f"/sweeps/{older}").text
 
 
 def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
@@ -286,43 +255,6 @@ def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> Non
     cancelling = api.http.post(f"{here}/cancel", data=token_of(api, here)).text
     assert re.findall(r'"state (\w+)"', cancelling) == ["cancelling"]
     assert f'action="{here}/cancel"' not in cancelling
-
-
-def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
-    lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
-    chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
-    drawn = [int(line.label) for line in chart.drawn_part().lines]
-    assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
-    assert "8 of 20 lines are drawn" in chart.image("/there", {})
-    assert "&lt;Hole&gt;" in chart.image("/there", {})
-    assert not Chart("none", chart.x, chart.y, lines[9:10]).image("/there", {})
-
-
-LIGHT, DARK = "#ffffff", "#1e1e1e"  # pages have the canvas of the browser; no dark one is lighter
-ENOUGH = 4.5  # WCAG 2.2, success criterion 1.4.3
-
-
-def luminance(colour: str) -> float:
-    """Relative luminance (WCAG 2.2)."""
-    shares = [int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5)]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in shares]
-    return float(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
-
-
-def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api: Api) -> None:
-    sheet = shared_api.http.get("/static/style.css").text
-    blocks = re.findall(r":root \{([^}]*)\}", sheet)  # light and dark in turns
-    light, dark = (dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", "".join(blocks[turn::2]))) for turn in (0, 1))
-    assert light.keys() == dark.keys() >= {"accent", "quiet", "good", "bad", "open"}
-    assert not re.findall(r"(?<![-\w])color: #", sheet)
-    for colours, canvas in ((light, LIGHT), (dark, DARK)):
-        for name, colour in colours.items():
-            low, high = sorted((luminance(colour), luminance(canvas)))
-            assert (high + 0.05) / (low + 0.05) >= ENOUGH, (name, colour, canvas)
-
-
-def test_address_of_a_page__that_is_wrong_is_a_problem(shared_api: Api) -> None:
-    assert shared_api.http.get("/?cursor=-1").status_code == 422
 
 
 def test_browser__gets_a_page_and_a_program_the_document(shared_api: Api) -> None:

@@ -144,18 +144,6 @@ def test_jump__pauses_the_removal_of_orphans_and_of_runs_without_sweep(tmp_path:
         assert not run.exists()
 
 
-def test_jump__while_no_service_ran_is_seen(tmp_path: Path) -> None:
-    clocks = Clocks()
-    with open_harness(tmp_path) as harness:
-        finished(harness, 1)
-        collector(harness, clocks, retention_days=30.0).step()
-        clocks.move(HOUR, jump=45 * DAY)
-        collector(harness, clocks, retention_days=30.0).step()
-        assert "forward by 45 days" in paused(harness)
-        harness.store.retention.trust_clock()
-        assert paused(harness) == ""
-
-
 @pytest.mark.parametrize(("stored", "by_day"), [(3, [1, 1, 1]), (20, [2, 1, 1])])
 def test_rule__deletes_at_most_a_tenth_of_the_sweeps_in_a_day(tmp_path: Path, stored: int, by_day: list[int]) -> None:
     clocks, gone = Clocks(), []

@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 from service.api.app import build_app
 from service.queue import data_identity as identity
 from service.queue.scrubbing import FILES_AT_ONCE, Scrubber
-from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
+from service.records.jobs import Keep, Stored, StoreUnavailable, SweepState
 from service.store.publications import LOST, MOST_AT_ONCE
 from service.store.tables import OWNED_BYTES
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
@@ -162,14 +162,3 @@ def test_files__of_a_disk_that_is_away_stay_registered(harness: Harness) -> None
     with pytest.raises(identity.WrongDirectory):
         harness.scrubber().step()
     assert registered(harness) == files
-
-
-def test_state__that_is_lost_is_computed_again_beside_the_result(harness: Harness) -> None:
-    run, state = next((job, file) for job, file in registered(harness) if file.name == "state.npz")
-    harness.artifacts.path(state).unlink()
-    harness.scrubber().step()
-    row = harness.store.runs.get(run)
-    assert (row.state, row.summary is None) == (State.QUEUED, False)
-    harness.compute_all()
-    assert harness.store.runs.get(run).attempt == 2
-    assert harness.artifacts.is_intact(harness.store.runs.file(run, "state.npz"))

@@ -104,19 +104,3 @@ def test_search__that_is_cancelled_between_two_steps_begins_no_further_run(
     assert len(published(harness.publish())["outcomes"]) == 3
     status = harness.store.sweeps.get(id)
     assert (status.state, status.planned) == (SweepState.CANCELLED, 3)
-
-
-@pytest.mark.parametrize("failed", [150.0, 175.0])
-def test_failed_run__is_a_try_that_leaves_the_interval_wider(harness: Harness, failed: float) -> None:
-    submit(harness)
-    speeds, begun = list[float](), harness.tick()
-    while not any(attempt.kind is Kind.PUBLISH for attempt in begun):
-        for attempt in begun:
-            speeds.append(speed(attempt))
-            if speed(attempt) == failed:
-                harness.end_badly(attempt, Cause.ERROR)
-            else:
-                harness.end_well(attempt)
-        begun = harness.tick()
-    assert failed in speeds
-    assert len(speeds) == len(set(speeds)) <= 7

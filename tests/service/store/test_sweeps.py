@@ -222,14 +222,6 @@ def test_progress__reaches_runs_and_sweep(store: Store) -> None:
     assert status.eta_seconds == pytest.approx(1.5 * 6.0 / 2)
 
 
-def test_time_left__is_that_of_as_many_runs_side_by_side_as_there_are_now(store: Store) -> None:
-    """One of five runs is half done, one begun, three wait: four and a half core seconds at 6 s each, two at a time."""
-    sweep = store.sweeps.create(Submission(sweep_of(5))).id
-    first, _ = lease_runs(store, 2)
-    store.leases.record_progress([(first, {"fraction": 0.5, "seconds": 3.0, "step": 9})])
-    assert store.sweeps.get(sweep).eta_seconds == pytest.approx(4.5 * 6.0 / 2)
-
-
 def test_publication__waits_for_the_last_run_and_comes_before_others(store: Store) -> None:
     sweep = store.sweeps.create(Submission(sweep_of(6))).id
     leases = lease_runs(store, 6)

@@ -102,12 +102,3 @@ def test_question__is_that_of_a_sweep_whose_axes_are_its_values() -> None:
 def shots_of(document: dict[str, Any]) -> Iterator[Shot]:
     question = read_question(document)
     return map(question.shot, question.points())
-
-
-def test_question__knows_own_materials() -> None:
-    own: dict[str, Any] = {
-        "mine": {"base": "al-6061-t6", "title": "Mine", "brinell_hardness": {"value": 80, "unit": "1"}}
-    }
-    question = read_question({**PLATE, "target": "mine", "materials": own})
-    [answer] = answers(question)
-    assert question.shot(answer.parameters).brinell_hardness == 80

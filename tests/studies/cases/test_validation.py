@@ -3,16 +3,14 @@
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from solver.errors import ProblemError
 from studies.cases import validation
-from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber, against, compared
+from studies.cases.compared import ComparedReading, Picture, PublishedNumber, compared
 from studies.cases.comparison import Comparison, absolute, at_most, relative, reported
-from studies.cases.pages import ComputedCase, draw, write_page
 from studies.cases.validation import LEVELS, ValidationCase
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
@@ -77,17 +75,6 @@ def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], fl
     return cubes.build(sweep, results)
 
 
-def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
-    picture = against("p", "Depth", cube, "crater_depth", "speed", numbers())
-    labels = [line.label for line in picture.lines]
-    assert labels[-2:] == ["whipple, converged", "MPM3D"]
-    theirs = picture.lines[-1].points
-    assert theirs == tuple((v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0)))
-    speed, depth, _ = picture.lines[-2].points[0]
-    assert speed == 4.0
-    assert depth == pytest.approx(15.875)
-
-
 def made_up(rows: Callable[[], Iterable[Comparison]], *pictures: Picture) -> ValidationCase:
     return ValidationCase(
         name="made-up",
@@ -97,24 +84,6 @@ def made_up(rows: Callable[[], Iterable[Comparison]], *pictures: Picture) -> Val
         rows=lambda level, cubes: rows(),
         pictures=lambda cubes: pictures,
     )
-
-
-def test_page__shows_every_figure_and_escapes_texts(tmp_path: Path) -> None:
-    picture = Picture("depth", "Depth", "v", "p", (Line("a<b", ((1.0, 2.0, 0.1),)),))
-    row = Comparison("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
-    done = ComputedCase(made_up(lambda: (), picture), [row, reported("more", 3.0)], {})
-    page = write_page([done], "fine", tmp_path).read_text()
-    for text in (
-        "14.5\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}0.25",
-        "0.5 of 0.4",
-        "SPH 17.3",
-        ">fail<",
-        "A &lt; b",
-        "<svg",
-        "0 passed, 1 failed, 1 reported",
-    ):
-        assert text in page, text
-    assert draw(picture) == draw(picture)  # without a clock
 
 
 @pytest.mark.parametrize(

@@ -163,8 +163,3 @@ SOLVED = {
 }
 CASES = {"debris cloud": ("debris_cloud", {"projectile": "al-6061-t6", "target": "al-6061-t6"})}
 REFUSED = [("debris_cloud", {"contact": "repulsion"}, "parameters.contact", "repulsion")]
-# A constant that a measurement takes, a material that has it, and two runs: only the second uses it.
-TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str]]]] = [
-    (f"tension.{constant}", material, ("thin_plate", {}), ("debris_cloud", {}))
-    for constant, material in (("fracture_toughness", "al-6061-t6"), ("surface_tension", "copper-ofhc"))
-]

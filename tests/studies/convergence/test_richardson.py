@@ -14,7 +14,6 @@ from tests.claims.rows import Row, at_least, at_most
 from tests.studies.convergence.series import LAYOUTS, coverages
 
 HALVING = (1.0, 2.0, 4.0)
-UNEVEN = (1.0, 1.4, 2.6)  # r21 = 1.4, r32 = 1.857
 LIMIT, ERROR = 20.0, 0.5  # of the manufactured series f(h) = LIMIT + ERROR h^p
 SOLVED = 1e-9  # relative: what bisection leaves of an order, and round-off of differences
 ROUND = 1e-6  # relative: what round-off of differences of numbers near 20 leaves
@@ -138,17 +137,6 @@ def test_error_bar__of_synthetic_series_covers_the_limit(
         compared(Row(name, "", text, None))
 
 
-# --- parts of the error bar -------------------------------------------------------------------------
-
-
-def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
-    samples = [Sample(h, LIMIT + ERROR * h, sub_cell=0.01, rest=0.7) for h in HALVING]
-    result = converge(samples)
-    parts = (result.mesh, 0.01, 0.7)
-    assert (result.offsets, result.measurement) == pytest.approx(parts[1:])
-    assert result.uncertainty == pytest.approx(math.hypot(*parts))
-
-
 # --- failed runs ------------------------------------------------------------------------------------
 
 
@@ -190,7 +178,6 @@ def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
 
 VALUES = st.floats(1.0, 100.0, width=32)
 LEVELS = st.lists(st.lists(VALUES | st.just(math.nan), min_size=1, max_size=4), max_size=5)
-NUMBERS = ("value", "uncertainty", "mesh", "offsets", "measurement", "extrapolated")
 
 
 def samples_of(levels: Sequence[Sequence[float]]) -> list[Sample]:
@@ -205,20 +192,6 @@ def test_converge__does_not_see_the_order_of_runs(levels: list[list[float]], ran
     shuffled = list(samples)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
     assert repr(converge(shuffled)) == repr(converge(samples))  # a repr, because NaN is not NaN
-
-
-@given(LEVELS, st.integers(-20, 20), st.integers(-20, 20))
-def test_converge__does_not_see_the_units(levels: list[list[float]], of_value: int, of_length: int) -> None:
-    plain = converge(samples_of(levels))
-    factor = 2.0**of_value  # exact, so that no decision is on the edge
-    scaled = converge(
-        Sample(s.spacing * 2.0**of_length, s.value * factor, s.sub_cell * factor, s.rest * factor)
-        for s in samples_of(levels)
-    )
-    assert scaled.verdict == plain.verdict
-    for name in (*NUMBERS, "order", "gci"):
-        expected = getattr(plain, name) * (factor if name in NUMBERS else 1.0)
-        assert getattr(scaled, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
 
 
 @given(LEVELS)

@@ -4,18 +4,15 @@ import csv
 import json
 import math
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
 from studies import laws
 from studies.cubes import audit, cube
-from studies.cubes.catalogue import LawChoice
 from studies.cubes.exports import runs_csv
 from studies.cubes.growing import still_growing
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
@@ -145,13 +142,6 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 assert cell.hole_diameter_by_law_reason.item() == laws.in_words(answer.reasons)
 
 
-def test_law__without_a_shot_has_no_answer_and_says_why() -> None:
-    answer = LawChoice(fakes.HOLE_LAWS[0], "").answer(None)
-    assert math.isnan(answer.value)
-    assert (answer.in_range, answer.status) == (False, laws.RangeStatus.NO_ANSWER)
-    assert laws.in_words(answer.reasons) == "this run does not describe one shot, or has not ended"
-
-
 def test_shots__of_which_one_is_published_as_a_range_have_its_bounds() -> None:
     of_range = replace(fakes.SHOTS[0], value=None, uncertainty=None, bounds=(12e-3, 14e-3))
     dataset = fakes.cube_of(fakes.holes(), observations=(fakes.SHOTS[1], of_range))
@@ -272,25 +262,6 @@ def test_table_of_runs__has_every_run_as_its_cell(written: xr.Dataset) -> None:
         cell = written.sel({heading.partition(" ")[0]: float(row[heading]) for heading in axes})
         np.testing.assert_equal(float(row["hole_diameter [m]"] or "nan"), cell.hole_diameter.item())
         assert row["run_id"] == cell.run_id.item()
-
-
-def test_length__over_the_diameter_of_the_projectile_is_the_number_of_the_field(written: xr.Dataset) -> None:
-    for length in ("hole_diameter", "hole_diameter_converged", "hole_diameter_converged_uncertainty"):
-        ratio = written[length.replace("diameter", "diameter_over_projectile_diameter", 1)]
-        assert (ratio.attrs["units"], ratio.attrs["long_name"][:3], ratio.dims) == ("1", "D/d", written[length].dims)
-        np.testing.assert_array_equal(ratio, written[length] / written.equivalent_diameter)
-    assert "hole_diameter_lip_over_projectile_diameter" not in written
-
-
-def test_table_of_runs__has_the_main_quantities_and_every_column_on_request(written: xr.Dataset) -> None:
-    narrow, whole = (pd.read_csv(StringIO(runs_csv(written, every_column=every))) for every in (False, True))
-    assert list(narrow) == [
-        *("run_id", "run_state", "run_flags", "speed [m s-1]", "cells_per_diameter", "offset"),
-        *("hole_diameter [m]", "hole_diameter_reading_uncertainty [m]"),
-        *("hole_diameter_over_projectile_diameter", "hole_diameter_flags"),
-    ]
-    pd.testing.assert_frame_equal(whole[list(narrow)], narrow)
-    assert {"plate_thickness [m]", "run_reason", "audit_energy_drift"} < {*whole} - {*narrow}
 
 
 @pytest.mark.parametrize(("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)])

@@ -117,13 +117,6 @@ def test_export__is_read_by_vtk_with_every_field_unit_and_time(
             assert unit == film[name].attrs["units"]
 
 
-def test_vtk__of_a_run_without_film_and_state_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("export", tmp_path, "--vtk", tmp_path / "out") == 2
-    assert "submit with keep" in capsys.readouterr().err
-    assert run("export", tmp_path) == 2
-    assert "--vtk, --movie, --zarr or --csv" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("name", ["cube.zarr", "cube.zarr.zip"])
 def test_cube__is_the_same_as_zarr_and_its_table_has_every_run(name: str, cube_file: Path, tmp_path: Path) -> None:
     assert run("export", cube_file, "--zarr", tmp_path / name, "--csv", tmp_path / "runs.csv") == 0

@@ -14,13 +14,10 @@ import pytest
 from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import simulate, start
-from studies.decks import reader
-from studies.decks.reader import MOST_BYTES, check_program, read_deck, read_file_text
+from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of
-from studies.sweeps.sweep import Sweep
-from studies.sweeps.warnings import warnings_of
 from tests.cases.verification.chapman_jouguet import STATE, at_front
 from tests.cases.verification.setups.column import profile
 from tests.cases.verification.solutions.detonation import TNT, chapman_jouguet
@@ -44,24 +41,6 @@ def error(text: str, units: str = "deck") -> str:
     with pytest.raises(InvalidInput) as caught:
         read_deck(text, units)
     return str(caught.value)
-
-
-def doubts_about(deck: str) -> list[str]:
-    return warnings_of(Sweep.parse({"scenario": "deck", "fixed": {"deck": deck}, "axes": {"refinement": [1]}}))
-
-
-# --- constants ----------------------------------------------------------------------------------
-
-
-def test_constants__of_a_deck_that_are_doubtful_are_said() -> None:
-    """The aluminium of the thesis' deck has the sound speed of its copper; with its own nothing is doubtful."""
-    deck = appendix_deck()
-    own = deck.replace("seos 2 1 3.3d3", "seos 2 1 4.65d3")
-    [of_copper], [without_yield] = doubts_about(deck), doubts_about(own.replace("0.3d0 90 392", "0.3d0 90d-6 392", 1))
-    assert of_copper.startswith("material 2 of the deck: bulk_modulus = 58.33 GPa: the equation of state has rho0 c0^2")
-    assert without_yield.startswith("material 1 of the deck: A = 90 Pa: ")
-    assert doubts_about(own) == []
-    assert doubts_about(detonation_deck(20)) == doubts_about(soil_deck()) == []
 
 
 # --- the thesis' deck -------------------------------------------------------------------------------
@@ -265,26 +244,12 @@ def test_file__of_another_program_is_named(program: str) -> None:
             read_deck(read_file_text(content))
 
 
-def test_decks__of_mpm3d_are_of_no_other_program() -> None:
-    for make in DECKS.values():
-        for text in (make(), "! *KEYWORD\n" + make(), make().replace("mpm3", "! mpm3", 1)):
-            check_program(text)
-
-
 def test_deck__of_two_megabytes_is_read_and_a_larger_one_refused() -> None:
     text = points_deck(MOST_BYTES)
     assert MOST_BYTES - 100 < len(text) <= MOST_BYTES == 2_000_000
     assert read_deck(read_file_text(text.encode())).particles > 20_000
     with pytest.raises(InvalidInput, match="at most 2000000 bytes"):
         read_file_text((text + " " * 100).encode())
-
-
-def test_deck__that_is_refused_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sweep, its cost and its page ask for the same deck: the reading of a refused one is kept as well."""
-    text = soil_deck().replace("endi", "endx !once")
-    first = error(text)
-    monkeypatch.setattr(reader, "_Reader", None)
-    assert error(text) == first
 
 
 @pytest.mark.parametrize("name", DECKS)

@@ -16,7 +16,7 @@ from studies.fits.calibration.emulator import emulators_of
 from studies.fits.calibration.picture import draw
 from studies.fits.calibration.posterior import Calibration, Posterior, posterior_of
 from studies.fits.calibration.prediction import LEVEL, chances, predict
-from studies.fits.calibration.results import calibrated, sentences, write
+from studies.fits.calibration.results import calibrated, write
 from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
 from studies.materials.reader import read_document, read_toml
 from studies.quantities.findings import InvalidInput
@@ -24,7 +24,6 @@ from studies.runs.results import RunResult
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.claims.rows import Row, absolute, at_least, at_most
-from tests.service.support.command import run
 from tests.studies.support import fakes
 
 COPPER = materials.load("copper-ofhc")
@@ -193,12 +192,6 @@ def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path
     assert draw(posterior, predicted, tmp_path / "calibration.png").stat().st_size > 10_000
 
 
-def test_sentences__have_units(posterior: Posterior) -> None:
-    texts = list(sentences(posterior, predict(posterior, posterior.calibration.shots)))
-    assert any(text.startswith("A is ") and "MPa (90 %)" in text for text in texts)
-    assert texts[0].startswith("32 measured sizes (16 of final length, 16 of mushroom diameter) of 4 series")
-
-
 # ---- refusals ------------------------------------------------------------------------------------
 
 HEADER = "bar,speed [m/s],bar_length [mm],bar_diameter [mm],final_length [mm],final_length_uncertainty [mm],source\n"
@@ -221,30 +214,3 @@ def test_shots__that_do_not_do_are_refused(text: str, said: str, tmp_path: Path)
     file.write_text(text)
     with pytest.raises(InvalidInput, match=said):
         read_shots(str(file), COPPER)
-
-
-def test_shots__of_a_file_that_is_not_there_name_the_published_tables() -> None:
-    with pytest.raises(InvalidInput, match="taylor-bars-copper-ofhc"):
-        read_shots("no-such.csv", COPPER)
-
-
-def test_box__needs_johnson_cook() -> None:
-    with pytest.raises(InvalidInput, match="strength johnson-cook"):
-        box_of(materials.load("copper-thesis-plastic"))
-
-
-@pytest.mark.parametrize(
-    ("shots", "material", "said"),
-    [
-        ("holes", "copper-ofhc", "a table of Taylor bars"),
-        ("taylor-bars-copper-ofhc", "steel-4340", "56 of copper-ofhc"),
-        ("taylor-bars-copper-ofhc", "copper", "did you mean"),
-    ],
-)
-def test_command__refuses_before_it_computes(
-    shots: str, material: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("calibrate", shots, "--material", material, "--out", tmp_path / "out") == 2
-    printed = capsys.readouterr()
-    assert said in " ".join((printed.out + printed.err).split())
-    assert not (tmp_path / "out").exists()

@@ -1,7 +1,6 @@
 """The surrogate of a cube: exact where it must be, honest about the runs that it has not seen."""
 
 import json
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from studies.cubes.reading import open_cube
 from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
 from studies.laws import Shot
-from studies.quantities.findings import InvalidInput, MissingExtra
+from studies.quantities.findings import InvalidInput
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
@@ -136,12 +135,6 @@ def test_command__prints_errors_indices_and_a_prediction(
     assert "Matern 5/2" in printed
     assert cube.run_id.values[1][:12] in printed
     assert run("surrogate", str(tmp_path), "--quantity", "hole") == 2
-
-
-def test_surrogate__without_its_extra_names_it(monkeypatch: pytest.MonkeyPatch, cube: xr.Dataset) -> None:
-    monkeypatch.setitem(sys.modules, "sklearn.gaussian_process", None)
-    with pytest.raises(MissingExtra, match=r"whipple\[surrogate\]"):
-        surrogate_of(cube, "crater_depth")
 
 
 # ---- runs that were not seen ---------------------------------------------------------------------

@@ -36,8 +36,6 @@ SWEEP: dict[str, Any] = {
 NAME = "hole_diameter"
 ROUND_OFF = 1e-12  # relative: the same operations in another order
 
-Pair = tuple[float, Convergence]  # the answer of a law at a point (m), and the hole there
-
 
 def result_of(run: Run, directory: Path) -> dict[str, Any]:
     """The result of a run as a program reads it from its file."""

@@ -110,11 +110,6 @@ def test_range__has_the_bounds_that_a_source_states(name: str, symbol: str, boun
     assert laws.load(name).range.bounds(symbol) == pytest.approx(bounds, nan_ok=True)
 
 
-def test_code__has_words() -> None:
-    assert all(code.limit or code.reason for code in Code if code is not Code.BETWEEN)
-    assert {code for code in Code if not code.reason} == {Code.BETWEEN, Code.STATED}
-
-
 def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:
     law = laws.load("cour_palais")
     normal, oblique = replace(OF_ALUMINIUM, speed=3e3), replace(OF_ALUMINIUM, obliquity=math.pi / 3)

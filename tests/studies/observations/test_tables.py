@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from studies.materials import load
 from studies.observations import Observation, read_observations
-from studies.observations.table import rows_of
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 from studies.quantities.texts import decoded, strictly_decoded
 from studies.sweeps.document import read_sweep_file, with_files
@@ -284,28 +282,6 @@ def test_missing_table__is_no_such_file_and_a_name_is_none_that_ships(tmp_path: 
         with_files({**SWEEP, "observations": "shots.csv"}, tmp_path)
     with pytest.raises(InvalidInput, match="did you mean 'holes'"):
         Sweep.parse(with_files({**SWEEP, "observations": "hole"}, tmp_path))
-
-
-def test_fit_and_calibrate__read_tables_as_sweeps_do(tmp_path: Path) -> None:
-    from studies.fits.calibration.shots import read_shots as read_bars
-    from studies.fits.measured import of_table
-    from studies.observations import text
-
-    file = tmp_path / "shots.csv"
-    file.write_bytes(HOSTILE)
-    with pytest.raises(InvalidInput, match="the projectile of each shot"):
-        list(of_table(str(file), ["hole_diameter"]))
-    names = ["projectile", "target", "projectile_diameter [mm]"]
-    added = [[*row, "al-2017-t4", "al-6061-t6", "8"] for row in ROWS]
-    file.write_bytes(table("\t", comma=True, encoding="utf-16", headings=[*HEADINGS, *names], rows=added))
-    [holes] = of_table(str(file), ["hole_diameter"])
-    assert holes.values.tolist() == [0.0183, 0.0259]
-    copper = load("copper-ofhc")
-    name = "taylor-bars-copper-ofhc"
-    rows = [[*map(str, row.values())] for _, row in rows_of(text(name), name)]
-    headings = [*rows_of(text(name), name)[0][1]]
-    file.write_bytes(table(";", encoding="utf-16", headings=headings, rows=rows))
-    assert read_bars(str(file), copper).strains.tolist() == read_bars(name, copper).strains.tolist()
 
 
 def test_body__in_another_encoding_is_refused_by_its_name() -> None:

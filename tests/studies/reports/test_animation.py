@@ -9,7 +9,6 @@ from matplotlib import rcParams
 from PIL import Image, ImageSequence
 
 from studies.films.film_dataset import open_film
-from studies.films.film_section import sections_of
 from studies.runs.execution import execute
 from tests.service.support.command import run
 from tests.studies.runs.solved import asked
@@ -48,23 +47,3 @@ def test_mp4__needs_ffmpeg_or_the_library_that_brings_it(
     assert run("export", folder, "--movie", tmp_path / "other.mp4") == 1
     assert "whipple[video]" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
-
-
-def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> None:
-    film = open_film(folder)
-    sections = sections_of(film)
-    assert sections.mirrored
-    shown = [len(state.position) for state in sections.states]
-    assert shown == np.isfinite(film.speed).sum("particle").values.tolist()
-    np.testing.assert_array_equal(sections.states[0].position, film.position[0, :, :2])
-
-
-@pytest.mark.parametrize(
-    ("out", "field", "message"), [("film.avi", "speed", ".gif or .mp4"), ("film.gif", "temperatur", "'temperature'")]
-)
-def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
-    out: str, field: str, message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("export", folder, "--movie", tmp_path / out, "--field", field) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())

@@ -94,87 +94,55 @@ THICK = HIGH * 2.0**0.4
 SOME = {"speed": [Axis("speed", "m s-1", (4e3, 5e3, 6e3))], "one": [Axis("speed", "m s-1", (5e3,))]}
 
 
+FINE = f"{HOLES} (±0.4 %)"
+NEAREST = "Nearest law: Hill (−5 %)."
+NO_SHOT = "No shot measured."
+# What a sweep over the speed opens with beside one law, 5 % below; by what else is different.
+OPENINGS: list[tuple[str, dict[str, Any]]] = [
+    (f"{HOLES} (±7 %). {NEAREST} {NO_SHOT}", {"bar": 0.07}),
+    (
+        f"{FINE}. Nearest laws: Eta (+3 %), Hill (−5 %). {NO_SHOT}",
+        {"laws": [HILL, exact("e", 1.03, title="Eta, Zeta")]},
+    ),
+    (
+        f"{FINE}. Nearest law: Hill (−10 to +5 %). {NO_SHOT}",
+        {"laws": [law("h", lambda speed, _: 0.9 + 0.15 * (speed - 2e3) / 5e3, title="Hill")]},
+    ),
+    (
+        f"Hole {LOW:.3g} mm (2 km/s, plate thickness 2 mm) to {THICK:.3g} mm (7 km/s, plate thickness 4 mm), ±7 %. "
+        f"{NEAREST} {NO_SHOT}",
+        {"axes": ENDS, "bar": 0.07},
+    ),
+    (f"Hole 14.0, 16.0, 17.8 mm at 4, 5, 6 km/s (±7 %). {NEAREST} {NO_SHOT}", {"axes": SOME["speed"], "bar": 0.07}),
+    (f"Hole 16.0 ± 1.1 mm. Hill 15.2. {NO_SHOT}", {"axes": SOME["one"], "bar": 0.07}),
+    (
+        "Hole 16.0 ± 1.1 mm, measured 16.5. Hill 15.2.",
+        {"axes": SOME["one"], "bar": 0.07, "shots": (shot(1.03125, speed=5e3),)},
+    ),
+    (f"{UNKNOWN} {NEAREST} {NO_SHOT}", {"mesh": False}),
+    (f"{HOLES} (±0.4 %; all flagged). {NEAREST} {NO_SHOT}", {"spoiled": FLAGGED}),
+    (f"{HOLES} (±0.4 %; 2 of 6 flagged). {NEAREST} {NO_SHOT}", {"spoiled": dict.fromkeys((2, 8), FLAG)}),
+    (
+        f"{FINE}. No law is comparable here. {NO_SHOT}",
+        {"laws": [exact("h", title="Hill", range=fakes.within(8.0, 9.0))]},
+    ),
+    (f"{FINE}. {NEAREST} One shot measured 18.2 mm: computed −23 %.", {"shots": (shot(1.3),)}),
+    (
+        f"{FINE}. {NEAREST} One shot measured 18.2 mm, second-hand: computed −23 %.",
+        {"shots": (shot(1.3, "second-hand"),)},
+    ),
+    (f"{FINE}. {NEAREST} 2 shots measured: computed −23 to +25 %.", {"shots": (shot(1.3), shot(0.8, speed=6e3))}),
+    (f"{FINE}. {NO_SHOT}", {"laws": [exact("h", confidence="memory")]}),
+    (f"{FINE}. {NO_SHOT}", {"laws": [], "shots": (shot(1.3, speed=9e3),)}),
+]
+
+
 @pytest.mark.claim("report", "headline")
-@pytest.mark.parametrize(
-    ("expected", "laws", "axes", "options"),
-    [
-        (f"{HOLES} (±7 %). Nearest law: Hill (−5 %). No shot measured.", [HILL], [SPEED], {"bar": 0.07}),
-        (
-            f"{HOLES} (±0.4 %). Nearest laws: Eta (+3 %), Hill (−5 %). No shot measured.",
-            [HILL, exact("e", 1.03, title="Eta, Zeta")],
-            [SPEED],
-            {},
-        ),
-        (
-            f"{HOLES} (±0.4 %). Nearest law: Hill (−10 to +5 %). No shot measured.",
-            [law("h", lambda speed, _: 0.9 + 0.15 * (speed - 2e3) / 5e3, title="Hill")],
-            [SPEED],
-            {},
-        ),
-        (
-            f"Hole {LOW:.3g} mm (2 km/s, plate thickness 2 mm) to {THICK:.3g} mm (7 km/s, plate thickness 4 mm), "
-            "±7 %. Nearest law: Hill (−5 %). No shot measured.",
-            [HILL],
-            ENDS,
-            {"bar": 0.07},
-        ),
-        (
-            "Hole 14.0, 16.0, 17.8 mm at 4, 5, 6 km/s (±7 %). Nearest law: Hill (−5 %). No shot measured.",
-            [HILL],
-            SOME["speed"],
-            {"bar": 0.07},
-        ),
-        ("Hole 16.0 ± 1.1 mm. Hill 15.2. No shot measured.", [HILL], SOME["one"], {"bar": 0.07}),
-        (
-            "Hole 16.0 ± 1.1 mm, measured 16.5. Hill 15.2.",
-            [HILL],
-            SOME["one"],
-            {"bar": 0.07, "shots": (shot(1.03125, speed=5e3),)},
-        ),
-        (f"{UNKNOWN} Nearest law: Hill (−5 %). No shot measured.", [HILL], [SPEED], {"mesh": False}),
-        (
-            f"{HOLES} (±0.4 %; all flagged). Nearest law: Hill (−5 %). No shot measured.",
-            [HILL],
-            [SPEED],
-            {"spoiled": FLAGGED},
-        ),
-        (
-            f"{HOLES} (±0.4 %; 2 of 6 flagged). Nearest law: Hill (−5 %). No shot measured.",
-            [HILL],
-            [SPEED],
-            {"spoiled": dict.fromkeys((2, 8), FLAG)},
-        ),
-        (
-            f"{HOLES} (±0.4 %). No law is comparable here. No shot measured.",
-            [exact("h", title="Hill", range=fakes.within(8.0, 9.0))],
-            [SPEED],
-            {},
-        ),
-        (
-            f"{HOLES} (±0.4 %). Nearest law: Hill (−5 %). One shot measured 18.2 mm: computed −23 %.",
-            [HILL],
-            [SPEED],
-            {"shots": (shot(1.3),)},
-        ),
-        (
-            f"{HOLES} (±0.4 %). Nearest law: Hill (−5 %). One shot measured 18.2 mm, second-hand: computed −23 %.",
-            [HILL],
-            [SPEED],
-            {"shots": (shot(1.3, "second-hand"),)},
-        ),
-        (
-            f"{HOLES} (±0.4 %). Nearest law: Hill (−5 %). 2 shots measured: computed −23 to +25 %.",
-            [HILL],
-            [SPEED],
-            {"shots": (shot(1.3), shot(0.8, speed=6e3))},
-        ),
-        (f"{HOLES} (±0.4 %). No shot measured.", [exact("h", confidence="memory")], [SPEED], {}),
-        (f"{HOLES} (±0.4 %). No shot measured.", [], [SPEED], {"shots": (shot(1.3, speed=9e3),)}),
-    ],
-)
-def test_headline__of_known_numbers(expected: str, laws: list[Any], axes: list[Axis], options: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("expected", "changes"), OPENINGS)
+def test_headline__of_known_numbers(expected: str, changes: dict[str, Any]) -> None:
     """The opening of a sweep whose numbers are known has its values, its nearest laws and its measured shots."""
-    assert said(laws, *axes, **options).removesuffix(TO_RUN).rstrip() == expected
+    options = {"laws": [HILL], "axes": [SPEED], **changes}
+    assert said(options.pop("laws"), *options.pop("axes"), **options).removesuffix(TO_RUN).rstrip() == expected
 
 
 TO_RUN = "Run with accuracy 5 % for error bars."

@@ -28,7 +28,6 @@ from studies.reports.document import Head
 from studies.reports.drawing.charts import chart
 from studies.reports.section import sections
 from studies.sweeps.axes import Axis
-from tests.samples import needs
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page, undrawn, undrawn_page
@@ -131,14 +130,6 @@ def test_pages__every_text_is_the_one_in_the_document(case: Case, shown: Page) -
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
 
 
-@pytest.mark.parametrize("name", ["grid", pytest.param("methods", marks=needs("sph"))])
-def test_page__opens_with_headline_figure_and_numbers(name: str) -> None:
-    _, _, html = made(name)
-    parts = ('class="headline"', 'data-plot="opening"', 'class="numbers"', "</section>", 'id="laws"', 'id="setup"')
-    places = [html.index(part) for part in parts]
-    assert places == sorted(places)
-
-
 @pytest.mark.parametrize("taken", [section.name for section in sections()])
 def test_report__is_made_without_any_one_of_its_sections(taken: str, monkeypatch: pytest.MonkeyPatch) -> None:
     left = tuple(section for section in sections() if section.name != taken)
@@ -223,17 +214,6 @@ def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
     } <= texts
 
 
-def test_doubtful_constants__stand_beside_the_runs() -> None:
-    sweep = sweep_of(Axis("speed", "m s-1", (5e3,)), fixed={"target.strength.A": 90.0})
-    document = fakes.document_of(fakes.cube_of(sweep, fakes.results(sweep)))
-    [doubt] = document["setup"]["doubts"]
-    assert doubt.startswith("target.strength.A = ")
-    assert "<dt>Doubtful constants</dt>" in undrawn_page(document)
-    _, without, html = made("one run")
-    assert without["setup"]["doubts"] == []
-    assert "Doubtful" not in html
-
-
 def test_text_of_a_user__cannot_become_markup() -> None:
     dataset = cube_of("one run")
     hostile = "<script>alert(1)</script></script><b>&"
@@ -285,22 +265,3 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
     stated = [name for name in runs_csv(dataset, every_column=True).partition("\n")[0].split(",") if "uncert" in name]
     assert stated
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
-
-
-def test_published_shots__are_listed() -> None:
-    group = {
-        "table": "holes",
-        "quantity": "hole_diameter",
-        "materials": ["tin", "lead"],
-        "shots": 6,
-        "bias": [-0.075, -0.031],
-        "scatter": 0.021,
-        "stated": 0.1,
-    }
-    few = {**group, "quantity": "crater_depth", "shots": 4, "bias": None, "scatter": None}
-    dataset = made("one run")[0].assign_attrs(compared_shots=json.dumps([group, few]))
-    document = fakes.document_of(dataset)
-    html = undrawn_page(document)
-    assert 'id="published">' in html
-    without = fakes.document_of(dataset.assign_attrs(compared_shots="[]"))
-    assert '"published"' not in undrawn_page(without)

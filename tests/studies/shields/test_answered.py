@@ -3,32 +3,18 @@
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from studies.answers.answer import answers, document
 from studies.answers.cube import cube_of
-from studies.answers.page import page
-from studies.answers.picture import SPEEDS, picture
 from studies.answers.question import read_question
 from studies.quantities.findings import InvalidInput
-from studies.quantities.units import readable
-from studies.reports.drawing.charts import draw
-from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
-from studies.shields.answered import TARGET
-from studies.shields.shield import ShotAtShield
-from studies.shields.shots.answers import ShieldAnswer
-from studies.shields.shots.chance import probability
 from studies.sweeps.cost import cost_of
-from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.studies.answers.test_answers import shots_of
 from tests.studies.shields.samples import QUESTION
-
-assert TARGET.example is not None
-EXAMPLE = read_yaml(TARGET.example.read_text(encoding="utf-8"), TARGET.example.name)
 
 
 def test_cube__has_the_answers_over_the_axes() -> None:
@@ -105,33 +91,3 @@ def test_shield__as_a_shot_and_as_a_sweep_is_one_document() -> None:
     search = {"projectile_diameter": {"limit_of": "wall_perforated", "between": ["3 mm", "9 mm"], "until": "10 %"}}
     searched: dict[str, Any] = {"scenario": "whipple_shield", "fixed": shield, "axes": search}
     assert [shot.projectile_diameter for shot in shots_of(searched)] == [3e-3, 9e-3]
-
-
-def test_page__prints_each_number_of_a_shot_with_its_unit() -> None:
-    question = read_question(EXAMPLE)
-    [answer] = answers(question)
-    html = page(answer, question.shot(question.fixed))
-    assert isinstance(answer.addition, ShieldAnswer)
-    for near in answer.addition.nearest:
-        row = [(near.shot.speed, "m s-1"), (near.shot.projectile_diameter, "m"), (near.shot.stand_off, "m")]
-        assert all(f"<td>{readable(value, unit)}</td>" in html for value, unit in row)
-
-
-def test_picture__of_a_shield_has_equations_shots_and_probabilities(tmp_path: Path) -> None:
-    question = read_question(EXAMPLE)
-    shot = question.shot(question.fixed)
-    figure = picture(shot, "shield")
-    series = {each.label: each for each in figure.panels[0].series}
-    assert {THIS, FAILED, HELD, CHANCES, EVEN_CHANCE, "Christiansen, Whipple shield"} <= set(series)
-    drawn = dict(zip(series[EVEN_CHANCE].x, series[EVEN_CHANCE].y, strict=True))
-    assert {speed for speed, diameter in drawn.items() if diameter is not None} == {
-        speed for speed in SPEEDS if speed < 9.89e3
-    }
-    for speed, diameter in [(speed, diameter) for speed, diameter in drawn.items() if diameter is not None][::11]:
-        at = read_question({**EXAMPLE, "speed": f"{speed} m/s", "projectile_diameter": f"{diameter} m"})
-        shot = at.shot(at.fixed)
-        assert isinstance(shot, ShotAtShield)
-        said = probability(shot)
-        assert said is not None
-        assert said.value == pytest.approx(0.5, abs=1e-3)
-    assert draw(figure, tmp_path / "shield.svg").read_text(encoding="utf-8").startswith("<?xml")

@@ -19,8 +19,6 @@ from studies.shields.shots.judged import RANGES
 from studies.shields.shots.records import Probability
 from studies.shields.shots.table import laboratory
 from tests.claims.rows import at_most, equal
-from tests.studies.outcomes.test_outcomes import GRIDS as REFINED
-from tests.studies.outcomes.test_outcomes import SPEED, coarse_is_open, document_of
 
 BEFORE = Probability(0.4, 0.2, 0.65)
 JOINT = Joint(2.0, -1.0, ((0.09, 0.0), (0.0, 0.25)), 56)
@@ -172,11 +170,3 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
 
 def test_joint__is_none_of_a_kind_that_no_shot_was_simulated_by() -> None:
     assert of_drawn.stored().get(SimulationKind(("spall-rate",), "several").name) is None
-
-
-def test_report__says_beside_a_wall_that_holds_how_many_failures_such_simulations_find() -> None:
-    document = document_of(coarse_is_open, SPEED, **REFINED)
-    assert document["headline"].endswith("wall perforated at 6 km/s (finds 8 of 17 failures).")
-    [stated] = document["outcomes"]["quantities"]
-    assert stated["is_wall"]
-    assert stated["shots"][0]["computed"][0]["found"] == {"count": 8, "of": 17}

@@ -1,8 +1,6 @@
 """The ballistic limit of a shield in a report: intervals of made-up walls, and equations beside them."""
 
-import json
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -14,7 +12,6 @@ from studies.answers.question import read_question
 from studies.cubes import cube
 from studies.laws import load
 from studies.quantities.findings import InvalidInput
-from studies.reports import page
 from studies.reports.compare import compare
 from studies.reports.figure import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.records import Outcome
@@ -43,7 +40,6 @@ from tests.studies.shields.made import (
     sweep_of,
 )
 from tests.studies.support import fakes
-from tests.studies.support.printed import at, read_page, undrawn
 
 TOLERANCE = 0.2e-3
 SEARCH = {"limit_of": "wall_perforated", "between": ["1 mm", "9 mm"], "tolerance": "0.2 mm"}
@@ -199,22 +195,6 @@ def test_figure__has_intervals_runs_equations_and_shots() -> None:
     assert marks(part, HELD)
     assert "factor of 1.5" in figure.caption
     assert "276 MPa" in figure.caption
-
-
-def test_page__has_the_numbers_of_the_document() -> None:
-    sweep = sweep_of(PLAIN)
-    document = fakes.document_of(cube.build(sweep, computed(sweep)))
-    for printed in (page.page, page.appendix):
-        with undrawn():
-            shown = read_page(printed(document))
-        mine = [mark for mark in shown.marks if mark.path.startswith("/ballistic_limit/") and mark.value is not None]
-        places = {mark.path for mark in mine}
-        assert sum(path.endswith("/before/value") for path in places) == len(PLAIN) * len(SPEEDS)
-        assert sum(path.endswith("/diameter") and "/equations/" in path for path in places) == 5 * len(SPEEDS)
-        for mark in mine:
-            value = at(document, mark.path)
-            assert mark.value == ("" if value is None else json.dumps(value))
-        assert re.findall(r"\d", shown.unmarked) == []
 
 
 def test_plain_sweep__has_a_mark_for_each_run_and_what_they_decide() -> None:

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from studies.laws import load
-from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
 from studies.quantities.texts import decoded
 from studies.shields.shield import reshielded
@@ -23,13 +22,11 @@ from studies.shields.shots.table import (
     IN_DOUBT,
     OUTCOMES,
     ShieldShot,
-    citation,
     collected,
     compared_pairs,
     distances,
     distances_of_shields,
     filtered,
-    laboratory,
     nearest,
     published,
     read_shots,
@@ -114,13 +111,6 @@ def test_published__are_in_si_with_their_outcome() -> None:
     assert (ONE.speed, ONE.projectile_diameter, ONE.stand_off) == (9890.0, 1.4e-3, 25.4e-3)
     assert ONE.wall_yield_stress == pytest.approx(275.8e6, rel=1e-4)
     assert math.degrees(max(shot.obliquity for shot in SHOTS)) == pytest.approx(75.0)
-
-
-def test_citation__is_the_source_and_of_a_users_shot_its_own_words() -> None:
-    assert "McMillan, 1968" in citation("CR-915")
-    assert citation("our gun, 2026") == "our gun, 2026"
-    assert laboratory(replace(ONE, source="our gun")) == "our gun"
-    assert len({laboratory(shot) for shot in SHOTS}) < len({shot.source for shot in SHOTS})
 
 
 @pytest.mark.parametrize(
@@ -369,12 +359,6 @@ def test_equation_for_normal_impact__is_asked_about_normal_impact_alone() -> Non
     assert asked.pop("whipple_reimerdes") == normal
     assert set(asked.values()) == {len(SHOTS)}
     assert sum(map(math.isnan, margins(load("whipple_reimerdes"), SHOTS))) == len(SHOTS) - normal
-
-
-def test_share__of_no_shot_is_unknown() -> None:
-    assert math.isnan(Share(0, 0).value)
-    assert all(map(math.isnan, Share(0, 0).interval))
-    assert Share(0, 10).interval == pytest.approx((0.0, 0.278), abs=1e-3)
 
 
 def _shields(convert: Callable[[str], str], heading: str = "outcome") -> bytes:

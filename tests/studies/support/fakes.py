@@ -140,12 +140,6 @@ def scaled(outcome: RunResult, factor: float) -> RunResult:
 PROVENANCE: dict[str, str | float] = {"whipple": "0.1.0", "numba": "0.68.1", "physics_version": 1, "seconds": 4.2}
 
 
-def of_version(outcome: RunResult, quantity: str, version: int) -> RunResult:
-    """A result with one of its quantities measured by another version of its definition."""
-    changed = {quantity: replace(outcome.measurements[quantity], version=version)}
-    return replace(outcome, measurements={**outcome.measurements, **changed})
-
-
 def measured(value: float, *flags: str) -> Measured:
     times: list[float | None] = [2e-6 * step for step in range(21)]
     grown: list[float | None] = [value * (1 - math.exp(-(2e-6 * step) / 6e-6)) for step in range(21)]

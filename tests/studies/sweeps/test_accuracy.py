@@ -142,12 +142,6 @@ def test_accuracy__that_cannot_be_had_names_point_smallest_error_and_cure(monkey
     assert len(Sweep.parse({**HOLES, "accuracy": "3.9 %"}).runs()) == 4
 
 
-def test_scenario_without_experience__has_its_own_cells_and_refuses_an_accuracy() -> None:
-    bar = {"scenario": "taylor_bar", "fixed": {}, "axes": {"speed": ["190 m/s"]}}
-    assert cells(Sweep.parse(bar)) == [10.0]
-    assert "has no such quantity" in refused({**bar, "accuracy": "3 %"})
-
-
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
