@@ -4,8 +4,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from solver.problem import Problem
 
 
@@ -17,32 +15,6 @@ class Setting:
     sector: float  # angle that the model covers about its axis, rad; 1 in axisymmetry, where all is per radian
     # The measurements whose growth this stage waits for; None: all that the scenario names.
     settles: tuple[str, ...] | None = field(default=None, kw_only=True)
-
-
-# Length, mushroom diameter and width of a bar to be compared with, m.
-References = tuple[float | None, float | None, float | None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class BarSetting(Setting):
-    """A bar at a wall."""
-
-    length: float  # m
-    speed: float  # m/s
-    place: "np.ndarray"  # (n, 3) of each particle in the initial lattice: across, across, along
-    references: References
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlateSetting(Setting):
-    """Two plates, a flyer and a target."""
-
-    speed: float  # m/s
-    thicknesses: tuple[float, float]  # flyer, target; m
-    section: float  # area of the column, m2 (m2 per radian)
-    impedance: float  # rho0 c0 of the target, Pa s/m
-    crossing: float  # when the first wave has crossed its plate, s
-    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
 
 
 @dataclass(frozen=True)

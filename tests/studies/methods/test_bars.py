@@ -5,7 +5,7 @@ import pytest
 from solver.simulation import start
 from studies import measurements, scenarios
 from tests.contracts.test_scenarios import ROUND_OFF, asked, built
-from tests.studies.scenarios.test_bars import PRESSED
+from tests.studies.bars.test_bars import PRESSED
 
 
 def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
