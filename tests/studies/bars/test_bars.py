@@ -24,7 +24,7 @@ from studies.runs.execution import execute
 from studies.runs.run import resolve
 from tests.claims.rows import Row, absolute, at_least, equal, relative
 from tests.contracts.test_scenarios import ROUND_OFF, asked, built
-from tests.samples import DIAMETER
+from tests.samples import DIAMETER, needs
 from tests.studies.bars.samples import BARS, PULSE, SQUARE
 
 
@@ -140,6 +140,17 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
         # Mesh and particles in one body's place book one impulse.
         assert result.numbers["momentum_error"] < 1e-9, method
+
+
+@needs("sph-fem")
+def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
+    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
+    elements, particles = setting.problem.bodies
+    whole = 8900.0 * 2e-3**2 * 20e-3
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
+    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
+    assert measurements.load("middle_stress").read(view).value == 0.0
 
 
 # The grid of a Taylor bar
