@@ -28,10 +28,10 @@ from collections.abc import Callable
 import numpy as np
 
 from studies.clouds.cloud import OF_CLOUD, melted_share_behind
+from studies.debris.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
+from studies.debris.setting import Breakup
 from studies.measurements import Measurement, NoValue, Reading, measurement
-from studies.measurements._settings import Breakup
 from studies.measurements.distributions import Bins, Distribution
-from studies.measurements.impact.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,

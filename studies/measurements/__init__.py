@@ -3,7 +3,7 @@
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``);
 features offer theirs, as those of bars and plates, through entry points. ``view`` of a family makes its view of a
 snapshot, which hides whether the model was a body of revolution or a quarter in three dimensions; it imports the
-solver, which compiles for seconds, only then. Holes, craters and debris have theirs in the folder ``impact``, which
+solver, which compiles for seconds, only then. Holes and craters have theirs in the folder ``impact``, which
 offers no measurement. Arrays over bins are ``distributions``.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new

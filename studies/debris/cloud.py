@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.debris.setting import Breakup, CloudSetting, Melting
 from studies.measurements import Measurement, NoValue, OnGrid, Reading
-from studies.measurements._settings import Breakup, CloudSetting, Melting
 from studies.measurements.impact.edges import place_holding
 from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION
