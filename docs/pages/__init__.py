@@ -15,6 +15,7 @@ from importlib import import_module
 from itertools import groupby
 from pathlib import Path
 from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -35,13 +36,17 @@ DIGITS = 8  # of numbers that are kept for a page, which shows fewer
 def made() -> Mapping[str, str]:
     """Every page and drawing that is made, by the name of its file among those of docs/."""
     texts: dict[str, str] = {}
-    for found in iter_modules(__path__):
-        if found.name not in ("__main__", "site"):
-            module = import_module(f"{__name__}.{found.name}")
-            texts |= module.pages() if hasattr(module, "pages") else {}
-            drawings = module.drawings() if hasattr(module, "drawings") else {}
-            texts |= {f"drawings/{file}": text for file, text in drawings.items()}
+    for module in modules().values():
+        texts |= module.pages() if hasattr(module, "pages") else {}
+        drawings = module.drawings() if hasattr(module, "drawings") else {}
+        texts |= {f"drawings/{file}": text for file, text in drawings.items()}
     return texts
+
+
+def modules() -> Mapping[str, ModuleType]:
+    """The modules of pages by their names."""
+    names = [found.name for found in iter_modules(__path__) if found.name not in ("__main__", "site")]
+    return {name: import_module(f"{__name__}.{name}") for name in names}
 
 
 def in_markdown(name: str, **told: Any) -> str:

@@ -4,17 +4,10 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import debris_shots, mesh_error, shots, simulated_shields, tutorial, validation, verification
+from docs.pages import modules
 
-COMPUTED = {
-    "debris-shots": debris_shots,
-    "mesh-error": mesh_error,
-    "shots": shots,
-    "simulated-shields": simulated_shields,
-    "tutorial": tutorial,
-    "validation": validation,
-    "verification": verification,
-}
+# By the name of a page: one that has results behind it offers ``compute``.
+COMPUTED = {name.replace("_", "-"): page for name, page in modules().items() if hasattr(page, "compute")}
 
 
 def main(arguments: list[str]) -> None:

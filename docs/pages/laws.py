@@ -10,18 +10,14 @@ from docs.pages import plots
 from solver.registry import folders
 from studies import laws, materials, measurements
 from studies.laws import NOT_FOUND, Law, Limit, Shot, limit_in_latex
-from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
-from studies.shields.shield import CRITICAL_DIAMETER, Shield, at_shield
 
 SPEEDS = [2e3 + 100.0 * step for step in range(61)]  # m/s
 DIAMETER = 8e-3  # m
 THICKNESS = 0.25  # over the diameter, of the plotted holes
 METALS = {"copper-ofhc": "copper on copper", "al-6061-t6": "aluminium on aluminium"}
 ALUMINIUM = {"al-6061-t6": METALS["al-6061-t6"]}
-# Of Fig. 4-4 of the handbook: plate, bumper and wall of 6061-T6.
-PLATE = 4.4e-3  # m
-SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 40.0 * KSI)
+PLATE = 4.4e-3  # m, of 6061-T6: Fig. 4-4 of the handbook
 SHIELD_SPEEDS = [1e3 + 100.0 * step for step in range(131)]
 MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point inside their range
 
@@ -159,7 +155,11 @@ def _shots(quantity: str, name: str) -> list[Shot]:
         )
         for speed in (SHIELD_SPEEDS if _is_critical(quantity) else SPEEDS)
     ]
-    return [at_shield(shot, SHIELD) for shot in shots] if quantity == CRITICAL_DIAMETER else shots
+    if quantity != "critical_diameter":
+        return shots
+    from docs.pages.shields import at_plotted_shield  # of a feature
+
+    return list(map(at_plotted_shield, shots))
 
 
 def _drawing(quantity: str) -> str:

@@ -6,7 +6,10 @@ import numpy as np
 
 from docs.pages import table
 from studies import laws
+from studies.laws import Shot
+from studies.laws._handbook import KSI
 from studies.outcomes.found import Share
+from studies.shields.shield import Shield, at_shield
 from studies.shields.shots.answers import SHORT
 from studies.shields.shots.chance import KNOTS, curves
 from studies.shields.shots.judged import Judged, equations, judge_by_range
@@ -33,6 +36,14 @@ from studies.shields.shots.validation import (
 )
 
 COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
+
+
+SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 40.0 * KSI)  # of Fig. 4-4 of the handbook: bumper and wall of 6061-T6
+
+
+def at_plotted_shield(shot: Shot) -> Shot:
+    """A shot at the shield for which laws.md draws critical diameters."""
+    return at_shield(shot, SHIELD)
 
 
 def pages() -> dict[str, str]:

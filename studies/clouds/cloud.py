@@ -1,6 +1,6 @@
 """A debris cloud: its shape, its melted share, and its mass over speed and angle of flight.
 
-Sums and velocities are those of ``measurements.impact.cloud``, whose view all read.
+Sums and velocities are those of ``studies.debris.cloud``, whose view all read.
 """
 
 import math
@@ -8,18 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from studies.debris.cloud import HALF, NOTHING_BEHIND, TOTALS, VELOCITIES, CloudView, exceeded_reading, of_projectile
+from studies.debris.setting import Melting
 from studies.measurements import Measurement, NoValue, Reading, measurement
-from studies.measurements._settings import Melting
 from studies.measurements.distributions import Bins, Distribution
-from studies.measurements.impact.cloud import (
-    HALF,
-    NOTHING_BEHIND,
-    TOTALS,
-    VELOCITIES,
-    CloudView,
-    exceeded_reading,
-    of_projectile,
-)
 from studies.measurements.impact.edges import overlap
 from studies.quantities.measured import DEFINITION
 

@@ -5,7 +5,7 @@ particles belong together where their cells are the same or neighbours. So no pi
 and where a cell is larger than the fragments would be, their number and the largest of them say nothing but the mesh:
 they are flagged, and no verdict rests on them.
 
-Nominal sizes are Grady's (``studies/measurements/_breakup.py``). The rate is that of the whole cloud at its original
+Nominal sizes are Grady's (``studies/debris/breakup.py``). The rate is that of the whole cloud at its original
 density: along each axis the spread of its velocities over that of the places that its matter had *before the impact*
 (standard deviations, mass-weighted), the three added. Matter that flies freely keeps it, at whatever time it is read;
 v = k X has d = 3 k. Two other rates do not serve. That of a least-squares gradient over present places falls as one
@@ -20,10 +20,10 @@ from collections.abc import Callable
 import numpy as np
 
 from studies.clouds.cloud import OF_CLOUD, melted_share_behind
+from studies.debris.breakup import Breakup, brittle, ductile, liquid
+from studies.debris.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
 from studies.measurements import Measurement, NoValue, Reading, measurement
-from studies.measurements._breakup import Breakup, brittle, ductile, liquid
 from studies.measurements.distributions import Bins, Distribution
-from studies.measurements.impact.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,

@@ -12,22 +12,22 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.measurements._settings import CloudSetting, Melting
+from studies.debris.breakup import breakup_of
+from studies.debris.setting import CloudSetting, Melting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetUp, outline
-from studies.scenarios.parts.matter import breakup_of
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
 
 if TYPE_CHECKING:
     from solver.state import Snapshot
+    from studies.debris.cloud import CloudView
     from studies.films.section import SectionOptions
     from studies.materials import Material
-    from studies.measurements.impact.cloud import CloudView
 
 # Distance that the projectile would have travelled at the end, in its diameters: 8 mm, 6.6 km/s and 9 us in Ma (2005),
 # section 3.1.2.
@@ -115,7 +115,7 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
 
     @staticmethod
     def view(setting: CloudSetting, snapshot: "Snapshot") -> "CloudView":
-        from studies.measurements.impact.cloud import view
+        from studies.debris.cloud import view
 
         return view(setting, snapshot)
 

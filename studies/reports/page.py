@@ -6,10 +6,9 @@ number its value in full.
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice
-from pathlib import Path
 
 from jinja2 import Environment
 from markupsafe import Markup
@@ -30,12 +29,8 @@ from studies.quantities.display import (
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Plain
 from studies.reports.drawing import charts
-from studies.reports.drawing.sections import Gallery, colour_keys
-from studies.reports.drawing.sketches import setup_sketch
 from studies.reports.figure import Figure, SeriesKind
-from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.section import Section, sections
-from studies.reports.sections.pictures import DrawnSetUp, Picture, Pictures
+from studies.reports.section import Files, Section, sections
 from studies.reports.view import spread
 from studies.reports.wording import environment_of, source_of, words
 
@@ -46,9 +41,7 @@ MOST_FIRST = 2  # sections on the first screen
 MOST_POINTS = 12  # rows of a table of the page, evenly over the points
 MOST_FURTHER, MOST_FURTHER_PANELS = 4, 8  # figures beside the first, and their panels
 
-Files = Mapping[str, Path]  # of sections, by run id
-FIGURES, PICTURE, PICTURES = TypeAdapter(tuple[Figure, ...]), TypeAdapter(Picture), TypeAdapter(Pictures)
-SETUP = TypeAdapter(DrawnSetUp)
+FIGURES = TypeAdapter(tuple[Figure, ...])
 
 
 class Node:
@@ -150,7 +143,6 @@ def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
     ratio = names.index(ratio_name) if ratio_name in names else None
     # The first figure again where the first screen does not show all of its panels.
     further = _further(every, opening)
-    pictures = Node(report).pictures if "pictures" in report else None
     template = environment().get_template("page.html")
     return template.render(
         **_shared(report, files),
@@ -160,8 +152,7 @@ def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
         opening_drawing="" if opening is None else charts.opening(every[opening]),
         ratio_figure=ratio,
         ratio_drawing="" if ratio is None else charts.opening(every[ratio]),
-        opening_picture=_opening_picture(pictures) if pictures else None,
-        setup_document=pictures.setup if pictures else None,
+        beside=[section for section in sections() if section.beside and section.name in report],
         further=further,
         drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
     )
@@ -189,21 +180,14 @@ def _first(report: Mapping[str, Plain]) -> list[Section]:
     return others[:MOST_FIRST] or ranked[:1]
 
 
-def _shared(report: Mapping[str, Plain], files: Files | None) -> Mapping[str, Node | Markup | Callable[..., Markup]]:
+def _shared(report: Mapping[str, Plain], files: Files | None) -> Mapping[str, object]:
     """What templates of both pages call."""
-    runs = Node(report).runs.runs if "runs" in report else ()
-    ids = (_text(run.id) for run in runs)
-    gallery = Gallery({number: files[id] for number, id in enumerate(ids) if files and id in files})
-
-    def draw(run: Node, picture: Node, *, full: bool, place: str = "") -> Markup:
-        number = int(_number(run) or 0)
-        return gallery.picture(number, PICTURE.validate_python(bare(picture)), full=full, place=place)
-
+    told = [section.words for section in sections() if section.words and section.name in report]
     return {
         "report": Node(report),
-        "draw": draw,
         "script": Markup(source_of("report.js")),
         "style": Markup(source_of("report.css")),
+        **{name: function for words in told for name, function in words(report, files or {}).items()},
     }
 
 
@@ -228,24 +212,6 @@ def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
         if _says(figure) and not is_whole and len(chosen) < MOST_FURTHER and panels <= MOST_FURTHER_PANELS:
             chosen.append(number)
     return chosen
-
-
-def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:
-    """The run in full size at the end of the axes, and the picture of its end; None without any."""
-    shown = [
-        (run, picture)
-        for run in pictures.runs
-        for picture in run.pictures
-        if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
-    ]
-    last = [pair for pair in shown if pair[0] is shown[-1][0]]
-    return last[0] if last else None
-
-
-def _thumbnails(pictures: Iterable[Node], kind: str) -> list[Node]:
-    """The pictures of a run that its thumbnails show."""
-    mine = (picture for picture in pictures if bare(picture.kind) == kind)
-    return [picture for picture in mine if bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind]]
 
 
 def _compared_laws(judgements: Node) -> list[str]:
@@ -281,12 +247,6 @@ def environment() -> Environment:
         quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
         # Above a table that does not show all rows.
         cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",
-        thumbnails=_thumbnails,
     )
-    environment.globals.update(
-        mesh_unknown=MESH_UNKNOWN,
-        confidences=CONFIDENCES,
-        setup=lambda document: setup_sketch(SETUP.validate_python(bare(document))),
-        colour_keys=lambda pictures: colour_keys(first_of_kinds(PICTURES.validate_python(bare(pictures)))),
-    )
+    environment.globals.update(mesh_unknown=MESH_UNKNOWN, confidences=CONFIDENCES)
     return environment

@@ -5,19 +5,25 @@ group ``whipple.studies.reports.sections``. Modules with sections import nothing
 where it is called, so that the types of a report's document are known without datasets.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from solver.registry import entries
+from studies.quantities.parameters import Plain
 from studies.reports.figure import Figure
 
 if TYPE_CHECKING:
     import xarray as xr
     from _typeshed import DataclassInstance
+    from markupsafe import Markup
 
     from studies.reports.compare import Comparison
+
+
+Files = Mapping[str, Path]  # of sections through runs, by run id
+Words: TypeAlias = "Mapping[str, Callable[..., Plain | Markup | Sequence[object] | None]]"  # what templates call
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,7 @@ class Source:
 
     dataset: "xr.Dataset"
     comparison: "Comparison"
-    files: Mapping[str, Path]
+    files: Files
 
     @property
     def points(self) -> "xr.Dataset":
@@ -60,6 +66,9 @@ class Section:
     appendix: str = ""
     rank: int = 100  # the section of lowest rank with words for it opens the report
     is_fallback: bool = False  # on the first screen only where no other section is
+    beside: str = ""  # of the first screen, beside its figure
+    # What its templates call, beside what those of all sections do, for a document and the files of its runs.
+    words: Callable[[Mapping[str, Plain], Files], Words] | None = None
 
 
 def sections() -> tuple[Section, ...]:

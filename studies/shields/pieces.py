@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from studies.measurements._breakup import Breakup, liquid, solid
+from studies.debris.breakup import Breakup, liquid, solid
 
 if TYPE_CHECKING:
     import numpy as np

@@ -22,6 +22,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
+from studies.debris.breakup import breakup_of
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import FEW_PARTICLES, NO_FAILURE, DebrisName
 from studies.quantities.parameters import MaterialName, Plain, Value, declared, flat
@@ -29,7 +30,6 @@ from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios.parts.impact import Impact, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import SECTORS, along_flight, slab_clamp
-from studies.scenarios.parts.matter import breakup_of
 from studies.scenarios.parts.numerics import tensions
 from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Settling, Shot

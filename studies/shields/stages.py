@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studies.measurements._settings import CloudSetting
+from studies.debris.setting import CloudSetting
 
 if TYPE_CHECKING:
-    from studies.measurements.impact.cloud import CloudView
+    from studies.debris.cloud import CloudView
     from studies.measurements.impact.view import ImpactView
 
 

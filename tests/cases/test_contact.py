@@ -13,10 +13,10 @@ import pytest
 from solver.audit import totals
 from solver.simulation import start
 from studies import materials
+from studies.plate_impacts.scenario import shocks
 from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
 from studies.runs.stages import setting_of
-from studies.scenarios.plate_impact import shocks
 from tests.claims.rows import Row, absolute, at_least, at_most
 
 COPPER = "copper-thesis-plastic"

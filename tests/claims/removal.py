@@ -58,6 +58,9 @@ def remove(tree: Path, name: str) -> list[str]:
     for package in packages:
         for folder in (tree / package.replace(".", "/"), tree / "tests" / package.replace(".", "/")):
             shutil.rmtree(folder, ignore_errors=True)
+        module = Path(package.replace(".", "/"))
+        for file in (module.with_suffix(".py"), "tests" / module.parent / f"test_{module.name}.py"):
+            (tree / file).unlink(missing_ok=True)
     project = tree / "pyproject.toml"
     offered = re.compile(rf'^[\w"-]+ = "({"|".join(map(re.escape, packages))})(\.|:|").*\n', re.M)
     project.write_text(offered.sub("", project.read_text(encoding="utf-8")), encoding="utf-8")

@@ -35,8 +35,7 @@ LATER = {
 }
 # They change no state: a preset is told by what it fills in, and a film shows a run.
 NO_CONTENT = ("recipe", "film_interval")
-# Bars are those of meshes.
-SMOOTHED = samples.joined("SMOOTHED", {"elastic_bar": {"section": "square", "wall": "symmetric"}})
+SMOOTHED = samples.joined("SMOOTHED", {})
 
 
 def methods() -> list[tuple[str, str]]:

@@ -16,7 +16,7 @@ from studies.runs.run import Run, resolve
 from studies.scenarios import Scenario, Setting, SetUp
 from tests import samples
 from tests.claims.marked import claimed
-from tests.samples import ANY, CELLS, CYLINDER, DIAMETER, SHOT
+from tests.samples import ANY, CYLINDER, DIAMETER, SHOT
 from tests.solver.bodies import after
 
 ROUND_OFF = 1e-12
@@ -27,17 +27,13 @@ ESTIMATE = 3.0  # factor within which the estimated number of particles must lie
 OWN: dict[str, dict[str, Any]] = {
     "thin_plate": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
     "thick_plate": {**SHOT, "target_depth": 1.5 * DIAMETER, "target_radius": 1.5 * DIAMETER},
-    "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
-    "elastic_bar": {"cells_per_diameter": CELLS},
-    "plate_impact": {"flyer_thickness": 4e-3, "cells_per_thickness": 20.0},
 }
 SMALL = samples.joined("SMALL", OWN)
 # Parameter that sets the resolution of a grid, and the extent that has that many cells.
-RESOLUTION = samples.joined("RESOLUTION", {"plate_impact": ("cells_per_thickness", "cells_per_thickness")})
+RESOLUTION = samples.joined("RESOLUTION", {})
 # Axes along which a finer grid has more particles, where they are not two: a column of plates stays one cell wide.
-DIMENSIONS = samples.joined("DIMENSIONS", {"plate_impact": 1})
+DIMENSIONS = samples.joined("DIMENSIONS", {})
 IMPACTS = ("thick_plate", "thin_plate")
-BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
 EDGES = ("fixed", "free")
 Changes = dict[str, Any]
@@ -46,15 +42,6 @@ CORNERS: tuple[tuple[str, Changes], ...] = tuple(
     for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, ({}, CYLINDER), EDGES)
 )
 OBLIQUE: Changes = {"geometry": "half", **CYLINDER, "obliquity": math.radians(40.0), "yaw": math.radians(-15.0)}
-SQUARE: Changes = {"section": "square", "geometry": "quarter"}
-PULLED: Changes = {"speed": 0.0, "bar_length": 20e-3, "pressure": -1e8, "pulse": "0 us 1, 1 us 0", **SQUARE}
-QUARTERS: tuple[Changes, ...] = (  # of a bar
-    {"geometry": "quarter"},
-    {"wall": "symmetric", "geometry": "quarter"},
-    {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
-    SQUARE,
-    PULLED,
-)
 # Each is a corner by itself, of the small parameters; the far ends of what the fields allow among them.
 VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
     (tuple(OWN), ANY),
@@ -87,33 +74,6 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             OBLIQUE,
         ),
     ),
-    (
-        BARS,
-        (
-            {"wall": "symmetric"},
-            {"cells_per_diameter": 2.0},
-            {"cells_per_diameter": 32.0},
-            {"bar_length": 100e-3, "bar_diameter": 2e-3},
-            {"speed": 0.0, "gravity": -9.81},
-            {"speed": 1.0},
-        ),
-    ),
-    (("elastic_bar",), ({"poisson_ratio": 0.0}, {"poisson_ratio": 0.49}, *QUARTERS)),
-    (("taylor_bar",), ({"bar": "al-2024-t3"}, {"thermal_softening": False, "bar": "copper-ofhc"})),
-    (
-        ("plate_impact",),
-        (
-            {"geometry": "axisymmetric"},
-            {"cells_across": 3},
-            {"cells_per_thickness": 10.0},
-            {"cells_per_thickness": 300.0},
-            {"target_thickness": 9e-3},
-            {"flyer": "al-2024-t3"},
-            {"target": "al-2024-t3"},
-            {"speed": 20e3},
-            {"speed": 1.0},
-        ),
-    ),
     *itertools.chain(*samples.offered("VARIED")),
 )
 VARIATIONS = CORNERS + tuple(
@@ -126,9 +86,6 @@ COMPILED_ALONE: tuple[tuple[str, Changes], ...] = (
     ("thin_plate", {"shape": "gimp"}),
     ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
     ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
-    *(("taylor_bar", changes) for changes in QUARTERS),
-    ("taylor_bar", {"geometry": "quarter", "recipe": "thesis"}),
-    ("plate_impact", {"strength": "material", "eos_form": "cubic"}),
     *itertools.chain(*samples.offered("COMPILED_ALONE")),
 )
 EVERY = VARIATIONS + COMPILED_ALONE

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studies.bars.taylor_bar import END_PER_LENGTH
 from studies.fits.calibration.shots import SCENARIO, BarStrains
 from studies.materials import Material
 from studies.observations import written
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
-from studies.scenarios.taylor_bar import END_PER_LENGTH
 from studies.sweeps.sampling import LATIN, Sampling
 
 JOHNSON_COOK = "johnson-cook"

@@ -1,4 +1,4 @@
-"""What holes, craters, clouds and plugs of an impact share: the view (``view``), edges of matter (``edges``), openings.
+"""What holes, craters, debris and plugs of an impact share: the view (``view``), edges of matter (``edges``), openings.
 
 ``view`` makes the view of holes and craters of a snapshot; ``opening`` has sizes by radii in sectors of azimuth.
 """

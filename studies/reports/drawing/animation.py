@@ -15,7 +15,7 @@ from studies.quantities.findings import MissingExtra, nearest_cure, refusal
 from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.drawing.sections import FULL, LEFT, RIGHT, SHARP, full_size
-from studies.reports.sections.pictures import Frame, Picture
+from studies.reports.picture import Frame, Picture
 
 SPEED = "speed"  # the field that is shown where none is named
 FRAMES_PER_SECOND = 10

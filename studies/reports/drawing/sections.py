@@ -1,6 +1,6 @@
 """Pictures of runs: sections and radiographs with axes, measured lengths and colour bars.
 
-Everything that they say is in the document (:mod:`studies.reports.pictures`).
+Everything that they say is in the document (:mod:`studies.reports.picture`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ from studies.films.section import read_sections
 from studies.quantities.display import digits, display_of, elapsed, printed
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
-from studies.reports.sections.pictures import Frame, Picture, rounded_up
+from studies.reports.picture import Frame, Picture, rounded_up
 
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
-from studies.measurements._breakup import Breakup
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.quantities.parameters import Choice, Record, declared
@@ -316,17 +315,6 @@ def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
         case "steinberg-guinan":
             return min(own["Y0"] * (1.0 + own["beta"] * strain) ** own["n"], own["Y_max"])
     return None
-
-
-def breakup_of(material: "Material") -> Breakup:
-    """How matter breaks."""
-    return Breakup(
-        density=material.density,
-        sound_speed=material.sound_speed,
-        yield_stress=yield_stress(material),
-        fracture_toughness=material.tension.fracture_toughness,
-        surface_tension=material.tension.surface_tension,
-    )
 
 
 def elastic_speed(material: "Material") -> float:

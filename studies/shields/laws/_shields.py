@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from studies.laws import Law, RangeCode, Reason, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import Limit, Range, family, stated
-from studies.quantities.roots import root_between
+from studies.shields.roots import root_between
 from studies.shields.shield import ALUMINIUM, CRITICAL_DIAMETER, FurtherBumper, Shield, shield_of
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.debris.cloud import TOTALS, VELOCITIES, CloudView
+from studies.debris.cloud import view as cloud_view
 from studies.measurements import Measurement, NoValue, Reading
 from studies.measurements.hole import hole_diameter
-from studies.measurements.impact.cloud import TOTALS, VELOCITIES, CloudView
-from studies.measurements.impact.cloud import view as cloud_view
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.impact.view import view as impact_view
 from studies.quantities.measured import STILL_COMING

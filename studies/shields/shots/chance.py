@@ -43,7 +43,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law
 from studies.outcomes.found import DEVIATE
-from studies.quantities.roots import root_between
+from studies.shields.roots import root_between
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots.judged import equations, margin, margins
 from studies.shields.shots.outside import outside_of_shots

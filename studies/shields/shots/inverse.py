@@ -12,7 +12,7 @@ from functools import cache, partial
 from solver.units import Metre
 from studies import laws
 from studies.laws import Law
-from studies.quantities.roots import root_between
+from studies.shields.roots import root_between
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield, reshielded
 from studies.shields.shots.chance import chance_of, chance_of_diameter
 from studies.shields.shots.judged import margin

@@ -43,7 +43,7 @@ BAR_PLATEAU, BAR_END = (0.25, 0.9), 1.9
 # Asked before any run: the linear theory holds to p / (rho c^2), 2 parts in 1000 here. So was a momentum to 1e-6, which
 # the node areas do not give: 1e-5 with splines and 0.2 % with linear shapes, once the end lies off the nodes. It is
 # reported. The end of the bar was first read off the velocities of its last particles, 2.7 % low; its motion is exact
-# to 0.6 %, as that of the column (``studies/measurements/bar.py``).
+# to 0.6 %, as that of the column (``studies/bars/measured.py``).
 ARRIVES, BALANCE, ROUND_OFF = 0.02, 1e-10, 1e-12
 
 

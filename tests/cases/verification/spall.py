@@ -9,7 +9,7 @@ from solver.matter.failure.spall import Spall
 from solver.matter.laws import Matter
 from solver.problem import Problem
 from solver.simulation import Simulation, start
-from studies.measurements.plates import SURFACE
+from studies.plate_impacts.plates import SURFACE
 from studies.quantities.numerical_defaults import Recipe
 from tests.cases.verification import case
 from tests.cases.verification.setups.column import INTERFACE_CELLS, OUTER_SHARE, Stretch, column

@@ -8,21 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from studies.measurements.impact.cloud import CloudView
+from studies.debris.cloud import CloudView
 from tests.samples import ANY, CYLINDER, DIAMETER, SHOT
-from tests.studies.measurements.states import (
-    CLOUD_SPEED,
-    DENSITY,
-    MELTING,
-    PARTICLE,
-    ROUND_OFF,
-    TENTH,
-    THICKNESS,
-    ball,
-    cloud,
-    lattice,
-    line,
-)
+from tests.studies.debris.made import CLOUD_SPEED, MELTING, ball, cloud
+from tests.studies.measurements.states import DENSITY, PARTICLE, ROUND_OFF, TENTH, THICKNESS, lattice, line
 
 BALLS = (2.5e-3, 30e-3, 3000.0), (2e-3, 45e-3, 5000.0)  # radius, middle (m), axial velocity (m/s)
 

@@ -12,12 +12,13 @@ from solver.matter.melting import residual_energy
 from solver.simulation import start
 from solver.state import Snapshot, records
 from studies.clouds.cloud import SPEEDS as SPEEDS_OF_BINS
+from studies.debris.cloud import view
 from studies.measurements import distributions
-from studies.measurements.impact.cloud import view
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.clouds.samples import BALLS, two_balls
-from tests.studies.measurements.states import CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, value
+from tests.studies.debris.made import CLOUD_SPEED, MELTING
+from tests.studies.measurements.states import DENSITY, ROUND_OFF, read, value
 
 MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
 SPEEDS = [speed for _, _, speed in BALLS]

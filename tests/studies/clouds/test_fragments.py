@@ -10,14 +10,15 @@ import pytest
 
 from solver.simulation import start
 from studies.clouds.fragments import SIZES
+from studies.debris.cloud import CloudView, view
 from studies.measurements import distributions
-from studies.measurements.impact.cloud import CloudView, view
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from tests.claims.rows import Row, absolute, equal, relative
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.clouds.samples import BALLS, two_balls
 from tests.studies.clouds.test_clouds import through
-from tests.studies.measurements.states import DENSITY, THICKNESS, TOUGH, ball, cloud, read, reordered, value
+from tests.studies.debris.made import TOUGH, ball, cloud
+from tests.studies.measurements.states import DENSITY, THICKNESS, read, reordered, value
 
 Compared = Callable[[Row], None]
 RATE = 3e5  # 1/s, along each direction

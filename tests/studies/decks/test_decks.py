@@ -22,6 +22,7 @@ from tests.cases.verification.chapman_jouguet import STATE, at_front
 from tests.cases.verification.setups.column import profile
 from tests.cases.verification.solutions.detonation import TNT, chapman_jouguet
 from tests.claims.rows import Row, at_most, equal, relative
+from tests.samples import needs
 from tests.studies.decks.texts import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
 
 MEBIBYTE = 1 << 20
@@ -80,6 +81,7 @@ def test_appendix__becomes_the_problem_that_it_says() -> None:
     assert (eos["c0"], eos["s"]) == (3300.0, 1.49)
 
 
+@needs("elastic_bar")
 @pytest.mark.claim("decks", "deck-bar", minutes=0.1)
 def test_bar__of_a_deck_equals_that_of_the_scenario_bit_for_bit(compared: Callable[[Row], None]) -> None:
     """The deck of the thesis' elastic bar equals its scenario bit for bit."""

@@ -14,8 +14,10 @@ from studies.films import film
 from studies.runs.execution import execute, observer_of
 from studies.runs.results import RunControl
 from studies.runs.run import Run
+from tests.samples import needs
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, after, asked
 
+pytestmark = needs("elastic_bar")
 MOST = film.FRAMES + 2
 
 

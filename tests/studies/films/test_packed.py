@@ -12,6 +12,7 @@ import pytest
 from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
 from studies.runs import views
 from studies.runs.remeasure import load_state
+from tests.samples import needs
 from tests.studies.runs.solved import asked, solved
 
 
@@ -74,7 +75,10 @@ def test_packed__of_many_points_is_thinned_and_says_so(count: int, frames: int) 
     assert text["width"][0] == pytest.approx(1e-3 * math.sqrt(stride))
 
 
-@pytest.mark.parametrize(("scenario", "file"), [("thin_plate", "sections.npz"), ("taylor_bar", "state.npz")])
+@pytest.mark.parametrize(
+    ("scenario", "file"),
+    [("thin_plate", "sections.npz"), pytest.param("taylor_bar", "state.npz", marks=needs("taylor_bar"))],
+)
 def test_radiograph__of_a_run_without_one_is_a_note(scenario: str, file: str) -> None:
     view = views.radiograph(asked(scenario), solved(scenario) / file)
     content = packed(view)

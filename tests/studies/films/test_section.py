@@ -12,6 +12,7 @@ from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.results import RunControl
 from studies.runs.run import Run
+from tests.samples import needs
 from tests.studies.runs.solved import asked, solved
 
 QUANTISED = 1.0 / section.STEPS  # of the box of all positions
@@ -25,7 +26,7 @@ def end_of(folder: Path) -> tuple[Sections, section.Section]:
     return sections, end
 
 
-@pytest.mark.parametrize("scenario", ["thin_plate", "taylor_bar"])
+@pytest.mark.parametrize("scenario", ["thin_plate", pytest.param("taylor_bar", marks=needs("taylor_bar"))])
 def test_section__at_the_end_is_the_final_state(scenario: str) -> None:
     folder = solved(scenario)
     sections, end = end_of(folder)

@@ -12,12 +12,7 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import Particles, Snapshot
 from studies import measurements
 from studies.measurements import History, Reading
-from studies.measurements._breakup import Breakup
-from studies.measurements._settings import Melting
-from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
-from studies.measurements.impact.cloud import CloudView
-from studies.measurements.impact.view import ImpactView, connected
-from studies.measurements.plates import FLYER, TARGET, PlateView
+from studies.measurements.impact.view import ImpactView
 from tests import samples
 
 DENSITY = 8930.0
@@ -173,208 +168,6 @@ def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactV
     return without(block, void & (block.depth < crater + roof + height))
 
 
-# Bars
-
-BAR_LENGTH, BAR_DIAMETER, BAR_SPEED = 20e-3, 8e-3, 100.0
-Shape = Callable[[np.ndarray], np.ndarray]
-
-
-def straight(points: np.ndarray) -> np.ndarray:
-    return points
-
-
-def stretched(points: np.ndarray) -> np.ndarray:
-    """Shorter by a third, thicker by a fifth, a tenth of a cell above the wall."""
-    return points * (1.2, 1.2, 2.0 / 3.0) + (0.0, 0.0, 0.1 * CELL)
-
-
-def flared(points: np.ndarray) -> np.ndarray:
-    """Wider by half at the wall, as it was at the rear, straight in between."""
-    widening = 1.0 + 0.5 * (1.0 - points[:, 2:] / BAR_LENGTH)
-    return points * np.concatenate([widening, widening, np.ones_like(widening)], axis=1)
-
-
-def bar(
-    shape: Shape = straight,
-    *,
-    round_model: bool = False,
-    velocity: tuple[float, float, float] = (0.0, 0.0, -BAR_SPEED),
-    **changes: Any,
-) -> BarView:
-    """A round bar, deformed; a quarter in three dimensions, or a body of revolution."""
-    across, along = line(0.0, 0.5 * BAR_DIAMETER), line(0.0, BAR_LENGTH)
-    lines = (across, np.zeros(1) if round_model else across, along)
-    places = [np.arange(axis.size) for axis in lines]
-    place, points = (np.stack(lattice(*each), axis=-1) for each in (places, lines))
-    inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
-    points, place = points[inside], place[inside]
-    mass = DENSITY * (points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3))
-    return BarView(
-        **{
-            "place": place,
-            "position": shape(points),
-            "velocity": np.tile(velocity, (len(points), 1)),
-            "mass": mass,
-            "strain_energy": np.zeros(len(points)),
-            "stress": np.zeros(len(points)),
-            "height": points[:, 2],
-            "width": PARTICLE,
-            "cell": CELL,
-            "length": BAR_LENGTH,
-            "speed": BAR_SPEED,
-            "is_loaded": False,
-            "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
-            **changes,
-        }
-    )
-
-
-def short_bar() -> BarView:
-    """What is left of a bar that lost the rows on which its edges are read."""
-    whole = bar()
-    return without(whole, whole.place[:, 0] == whole.place[:, 0].max())
-
-
-# Plates
-
-PLATE = 40.0 * CELL  # thickness
-PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
-# M/s: mass behind a shock that stops at half the speed and compresses so.
-SHOCK = 5.0 * 0.5 * PLATE_SPEED
-IMPEDANCE = 35e6  # rho0 c0, Pa s/m
-
-
-def plates(time: float, *, scatter: float = 0.0) -> PlateView:
-    """Two plates of one material at a time after they met: steps of pressure, velocity and density, no smear.
-
-    ``scatter`` is the relative standard deviation of pressure that neighbours share out evenly.
-    """
-    layers = line(0.0, PLATE)
-    half = 0.5 * PLATE_SPEED
-    reach = SHOCK * time  # of undisturbed matter, from the impact face
-    behind = layers < reach
-    # From the interface, which moves on at half the speed: compressed behind the front, undisturbed before it.
-    distance = np.where(behind, layers / SHOCKED, layers - half * time)
-    sign = np.where(np.arange(layers.size) % 2, 1.0, -1.0)
-    pressure = np.where(behind, PRESSURE * (1.0 + scatter * sign), 0.0)
-    count = layers.size
-    velocity = np.where(behind, half, 0.0)
-    return PlateView(
-        body=np.repeat([FLYER, TARGET], count),
-        layer=np.tile(np.arange(count), 2),
-        place=half * time + np.concatenate([-distance, distance]),
-        velocity=np.concatenate([np.where(behind, half, PLATE_SPEED), velocity]),
-        mass=np.full(2 * count, DENSITY * CELL**2 * PARTICLE),
-        density=np.tile(np.where(behind, SHOCKED * DENSITY, DENSITY), 2),
-        pressure=np.tile(pressure, 2),
-        section=CELL**2,
-        thickness=PLATE,
-        impedance=IMPEDANCE,
-        cell=CELL,
-        time=time,
-        speed=PLATE_SPEED,
-    )
-
-
-LATE = 0.8 * PLATE / SHOCK  # the shock has run through 0.8 of each plate
-
-
-def released_plates() -> PlateView:
-    """Plates of which the outermost three cells of the target fly off at the impact speed, and ring by 50 m/s."""
-    state = plates(LATE)
-    below = PLATE - (state.layer + 0.5) * PARTICLE
-    loose = (state.body == TARGET) & (below < 3.0 * CELL)
-    ringing = PLATE_SPEED + np.where(state.layer % 2, 50.0, -50.0)
-    return dataclasses.replace(state, velocity=np.where(loose, ringing, state.velocity))
-
-
-# Histories
-
-
-def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
-    """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
-    times = interval * np.arange(rates.size + 1)
-    momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
-    return History(times, {rebound_momentum.name: momentum})
-
-
-def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
-    """A constant push that turns the momentum round within a contact time, and then none."""
-    times = interval * np.arange(round(end / interval) + 1)
-    return np.diff(np.clip(times / contact, 0.0, 1.0)) * 2.0 / interval
-
-
-def running(name: str, speed: float, *, placed: int = 21) -> History:
-    """A front that runs evenly, of which the last ``known`` of 21 observations have a place."""
-    times = 1e-7 * np.arange(21.0)
-    path = np.where(np.arange(21) >= 21 - placed, speed * times, math.nan)
-    return History(times, {f"{plate}_shock_front": path for plate in ("flyer", "target")})
-
-
-def smeared(rates: np.ndarray) -> np.ndarray:
-    """The same push from the first touch on, its end smeared evenly over 20 intervals."""
-    return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
-
-
-def surface(*velocities: float) -> History:
-    """A free surface with velocities (m/s) at even times, and its acoustic stress."""
-    values = np.array(velocities)
-    stress = 0.5 * IMPEDANCE * values
-    times = 1e-8 * np.arange(values.size)
-    return History(times, {"free_surface_velocity": values, "acoustic_stress": stress})
-
-
-# Debris
-
-CLOUD_SPEED, CLOUD_DIAMETER = 6000.0, 8e-3  # m/s, m
-MELTING = Melting(heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3)
-
-
-TOUGH = Breakup(DENSITY, sound_speed=4000.0, yield_stress=3e8, fracture_toughness=3e7, surface_tension=1.0)
-
-
-def cloud(position: np.ndarray, velocity: np.ndarray, initial: np.ndarray | None = None, **changes: Any) -> CloudView:
-    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice.
-
-    Before the impact it was at ``initial`` (n, 3), by default where it is.
-    """
-    count = len(position)
-    initial = position if initial is None else initial
-    return CloudView(
-        **{
-            "radius": np.hypot(position[:, 0], position[:, 1]),
-            "depth": position[:, 2],
-            "initial_radius": np.hypot(initial[:, 0], initial[:, 1]),
-            "initial_depth": initial[:, 2],
-            "axial_velocity": velocity[:, 2],
-            "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
-            "mass": np.full(count, DENSITY * PARTICLE**3),
-            "energy": np.zeros(count),
-            "residual": np.zeros(count),
-            "projectile": np.zeros(count, bool),
-            "plate": np.zeros(count, bool),
-            "fragment": connected(np.floor(position / CELL).astype(np.int64)),
-            "copies": np.ones(count),
-            "cell": CELL,
-            "width": PARTICLE,
-            "thickness": THICKNESS,
-            "diameter": CLOUD_DIAMETER,
-            "speed": CLOUD_SPEED,
-            "breakup": (TOUGH, TOUGH),
-            "melting": (MELTING, MELTING),
-            **changes,
-        }
-    )
-
-
-def ball(radius: float, middle: float) -> np.ndarray:
-    """Places (n, 3) of a lattice ball about a place on the axis."""
-    across = line(-radius, radius)
-    points = np.stack(lattice(across, across, across), axis=-1)
-    inside = (points**2).sum(axis=1) < radius**2
-    return points[inside] + np.array([0.0, 0.0, middle])
-
-
 # Settings and snapshots, as views ask for them
 
 
@@ -427,42 +220,17 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "bored": bored_half_space,
         "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
     },
-    BarView: {
-        "straight": bar,
-        "stretched": lambda: bar(stretched),
-        "flared": lambda: bar(flared),
-        "round": lambda: bar(flared, round_model=True),
-        "short of rows": short_bar,
-        "without references": lambda: bar(references=(None, None, None)),
-        "loaded": lambda: bar(is_loaded=True),
-    },
-    PlateView: {
-        "before the touch": lambda: plates(0.0),
-        "just met": lambda: plates(0.1 * LATE),
-        "shocked": lambda: plates(LATE),
-        "scattered": lambda: plates(LATE, scatter=0.05),
-        "through": lambda: plates(1.3 * PLATE / SHOCK),
-        "released": released_plates,
-    },
-    History: {
-        "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, placed=0)),
-        "rebound": lambda: joined(pushed(rectangle(1.2e-6)), running("", SHOCK)),
-        "in contact": lambda: joined(pushed(rectangle(4e-6)), running("", SHOCK, placed=2)),
-        "never touched": lambda: joined(pushed(np.zeros(200)), running("", SHOCK)),
-    },
+    History: {"nothing yet": lambda: followed(1), "at the end": lambda: followed()},
 }
 
 
-def joined(push: History, front: History) -> History:
-    """Everything that any measurement follows, cut to the shortest history."""
-    size = min(push.times.size, front.times.size)
-    rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
-    values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
-    values |= {"free_surface_velocity": 1e5 * rise, "acoustic_stress": 1e12 * rise}
-    for followed in samples.offered("FOLLOWED"):
-        values |= followed()
-    return History(front.times[:size], {name: value[:size] for name, value in values.items()})
+def followed(most: int | None = None) -> History:
+    """Everything that any measurement follows, cut to the shortest history, or to the first observations."""
+    values = {"crater_depth": 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, 201))}
+    for each in samples.offered("FOLLOWED"):
+        values |= each()
+    size = min(most or values["crater_depth"].size, *(value.size for value in values.values()))
+    return History(1e-7 * np.arange(size), {name: value[:size] for name, value in values.items()})
 
 
 def states() -> dict[type, dict[str, Callable[[], Any]]]:

@@ -6,14 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.matter.eos import reference_sound_speed
-from solver.simulation import start
 from solver.state import Particles, Snapshot, empty_table, views
-from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
-from tests.contracts.test_scenarios import asked as asked_small
-from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
     BREADTH,
     CELL,
@@ -158,25 +153,3 @@ def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their
     radii = HOLE + np.random.default_rng(0).normal(0.0, scatter, sectors)
     expected = 2.0 * scatter / math.sqrt(sectors)
     assert math.isclose(azimuthal_spread(radii), expected, rel_tol=0.03)
-
-
-# Settings and states of real runs
-
-
-def bar_at_start(geometry: str, **changes: Any) -> tuple[Any, Snapshot]:
-    setting = built(asked_small("elastic_bar", geometry=geometry, **changes))
-    return setting, start(setting.problem, threads=1).snapshot()
-
-
-def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
-    """sigma^2 / 2 E per volume, where strain is small: the terms left out are of the order of the strain."""
-    setting, snapshot = bar_at_start("quarter")
-    (body,) = setting.problem.bodies
-    shear, bulk = body.matter.shear_modulus, reference_sound_speed(body.matter.eos) ** 2 * body.density
-    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
-    stress = 1e-5 * young
-    snapshot.particles.density[:] = body.density * (1.0 - stress / 3.0 / bulk)
-    snapshot.particles.deviator[:, 2] = 2.0 / 3.0 * stress
-    snapshot.particles.deviator[:, :2] = -stress / 3.0
-    expected = 0.5 * stress**2 / young / body.density
-    assert np.allclose(view_of_bar(setting, snapshot).strain_energy, expected, rtol=1e-4, atol=0.0)

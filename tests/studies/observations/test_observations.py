@@ -9,6 +9,7 @@ from studies.observations.compared import FEWEST, StoredShot, bias_and_scatter, 
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, Value
 from studies.sweeps.reading import vocabulary
+from tests.samples import needs
 
 KNOWN = AllowedNames(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},
@@ -41,7 +42,10 @@ def test_table__takes_units_from_header_or_cell() -> None:
     assert second == Observation("hole_diameter", 0.015, None, "own shot 17", {"speed": 2000.0})
 
 
-@pytest.mark.parametrize("scenario", ["taylor_bar", "thick_plate", "thin_plate", "plate_impact"])
+@pytest.mark.parametrize(
+    "scenario",
+    ["thick_plate", "thin_plate", *(pytest.param(name, marks=needs(name)) for name in ("taylor_bar", "plate_impact"))],
+)
 def test_published_tables__are_read_by_their_scenario(scenario: str) -> None:
     """Each file that ships is read by exactly one scenario, with a source and a word of confidence a shot."""
     allowed = vocabulary(scenario, dict.fromkeys(scenarios.load(scenario).materials, ()), {})

@@ -23,6 +23,7 @@ from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.claims.rows import at_most, equal
+from tests.samples import needs
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
@@ -175,6 +176,7 @@ BARS_TABLE = """speed [m/s];bar_length [mm];bar_diameter [mm];final_length [mm];
 """
 
 
+@needs("taylor_bar")
 @pytest.mark.parametrize(
     ("shots", "expected"),
     [
@@ -224,7 +226,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 @pytest.mark.claim("report", "headline", minutes=7.0)
-@pytest.mark.parametrize("name", OPENING)
+@pytest.mark.parametrize("name", [name for name in OPENING if name in examples.names()])
 def test_headline__of_the_sweeps_that_ship_is_short_and_has_their_numbers(
     name: str, tmp_path: Path, compared: Callable[..., None]
 ) -> None:

@@ -63,12 +63,6 @@ OWN: dict[str, tuple[str, dict[str, Any]]] = {
         "thick_plate",
         {**THESIS, "projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"},
     ),
-    "Taylor bar": ("taylor_bar", {"reference_length": 8e-3, "reference_diameter": 10e-3, "reference_width": 9e-3}),
-    "Taylor bar, quarter": ("taylor_bar", {"geometry": "quarter"}),
-    "elastic bar": ("elastic_bar", {}),
-    "plate impact": ("plate_impact", {}),
-    # Until the tensile floor has pulled back the free surface.
-    "plate impact, released": ("plate_impact", {"strength": "material", "target_thickness": 8e-3, "end_time": 5.2e-6}),
 }
 # By the file that has their numbers: a feature's is beside its samples.
 FILES = {

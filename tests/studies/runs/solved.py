@@ -13,18 +13,7 @@ from tests.contracts import test_scenarios as contract
 
 PLATE = {"plate_thickness": 2e-3, "plate_radius": 16e-3, "end_time": 4e-6}
 # On top of the small parameters of each scenario's contract.
-OWN: dict[str, dict[str, Any]] = {
-    "thin_plate": PLATE,
-    "taylor_bar": {
-        "bar_length": 25.4e-3,
-        "bar_diameter": 7.6e-3,
-        "end_time": 20e-6,
-        "reference_length": 16.2e-3,
-        "speed": 400.0,
-    },
-    "elastic_bar": {},
-    "plate_impact": {"flyer_thickness": 10e-3, "cells_per_thickness": 40.0},
-}
+OWN: dict[str, dict[str, Any]] = {"thin_plate": PLATE}
 RUNS = samples.joined("SOLVED", OWN)
 BROKEN_OFF_AFTER = 23  # steps; between two observations in each of the runs
 

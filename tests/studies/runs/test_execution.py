@@ -20,6 +20,7 @@ from studies.runs.results import Progress, RunControl, RunResult
 from studies.runs.run import PHYSICS_VERSION, Run
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
 from tests.contracts.test_scenarios import asked as small
+from tests.samples import needs
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
 
 
@@ -134,6 +135,7 @@ def test_progress__is_told_at_each_observation(tmp_path: Path) -> None:
     assert without_provenance(tmp_path) == without_provenance(solved("thin_plate"))
 
 
+@needs("taylor_bar")
 def test_result__of_a_bar_that_lost_its_answer_says_so(tmp_path: Path) -> None:
     result = execute(asked("taylor_bar", bar="lead", speed=1000.0), tmp_path, threads=1)
     assert (result.state, result.measurements["final_length"].value) == ("succeeded", None)

@@ -13,6 +13,7 @@ from studies.measurements import Measurement, Reading
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, StoredVersion, definitions, load_state, outdated, remeasure
 from studies.runs.results import RunResult
+from tests.samples import needs
 from tests.studies.runs.solved import RUNS, asked, solved
 
 Patch = Callable[..., None]
@@ -70,6 +71,7 @@ def stored(result: RunResult) -> dict[str, StoredVersion]:
     return {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
 
 
+@needs("taylor_bar")
 def test_bar__without_reference_sizes_has_no_error_and_nothing_to_read_again() -> None:
     bar = result_in("taylor_bar")
     assert "taylor_error" not in bar.measurements
@@ -97,7 +99,9 @@ def test_definition__that_changed_gives_its_values_and_the_rest_stays(patched: P
     assert replace(after, measurements={}) == replace(before, measurements={})
 
 
-@pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
+@pytest.mark.parametrize(
+    "scenario", [pytest.param(name, marks=needs(name)) for name in ("elastic_bar", "plate_impact")]
+)
 def test_follower__that_changed_keeps_its_value_and_says_that_it_needs_solving(scenario: str, patched: Patch) -> None:
     name = next(name for name in definitions(scenario) if measurements.load(name).follows)
     before = result_in(scenario).measurements[name]

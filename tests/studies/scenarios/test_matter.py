@@ -19,6 +19,7 @@ from studies.quantities.parameters import Value, nested
 from studies.scenarios import Materials
 from studies.scenarios.parts.matter import Fracture, check_constants, matter
 from tests.contracts.test_scenarios import asked
+from tests.samples import needs
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -101,7 +102,7 @@ def test_damage__breaks_the_materials_that_state_its_constants() -> None:
         ("thin_plate", {"target": "al-2017-t4"}, "none"),
         ("thin_plate", {"failure": "none"}, "none"),
         *([("thin_plate", {"method": "sph", "geometry": "quarter"}, "none")] if "sph" in methods() else []),
-        ("plate_impact", {}, "none"),
+        pytest.param("plate_impact", {}, "none", marks=needs("plate_impact")),
     ],
 )
 def test_failure__is_void_growth_by_default_where_the_target_has_its_constants(

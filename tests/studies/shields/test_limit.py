@@ -25,6 +25,7 @@ from studies.shields.shield import CRITICAL_DIAMETER
 from studies.shields.shots.judged import equations
 from studies.sweeps.sweep import Sweep
 from tests.claims.rows import equal
+from tests.samples import needs
 from tests.studies.shields.made import (
     FACTORS,
     PLAIN,
@@ -258,6 +259,7 @@ def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:
     assert run.diameter == pytest.approx(next(iter(sweep.shots())).projectile_diameter)
 
 
+@needs("elastic_bar")
 def test_other_scenarios__have_none() -> None:
     sweep = Sweep.parse({"scenario": "elastic_bar", "axes": {"speed": ["100 m/s"]}, "resolution": 8})
     dataset = cube.build(sweep, {})

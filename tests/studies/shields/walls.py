@@ -8,15 +8,13 @@ import numpy as np
 from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies.shields.measurements.shield import ShieldView
 from studies.shields.measurements.wall import WallView, wall_of
+from tests.studies.debris.made import CLOUD_SPEED, ball, cloud
 from tests.studies.measurements.states import (
     CELL,
-    CLOUD_SPEED,
     DENSITY,
     HOLE,
     PARTICLE,
-    ball,
     body_of,
-    cloud,
     drilled_disc,
     lattice,
     line,

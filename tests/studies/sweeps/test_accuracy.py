@@ -115,6 +115,7 @@ def test_accuracy__gives_each_point_the_fewest_cells_that_hold_it() -> None:
     assert (stated[0].run.id, stated[2].run.id) == (points[0].run.id, points[2].run.id)
 
 
+@needs("elastic_bar")
 def test_accuracy__is_usual_where_nothing_states_the_cells() -> None:
     assert Sweep.parse(without(HOLES, "accuracy")).accuracy == USUAL == ACCURACY["standard"]
     axes = {**HOLES["axes"], "cells_per_diameter": [12, 16]}
@@ -124,6 +125,7 @@ def test_accuracy__is_usual_where_nothing_states_the_cells() -> None:
     assert Sweep.parse(bar).accuracy is None
 
 
+@needs("elastic_bar")
 def test_accuracy__goes_with_offsets_and_not_with_a_resolution() -> None:
     sweep = Sweep.parse({**HOLES, "offsets": 2})
     assert (sweep.grid.shape, len({*cells(sweep)})) == ((2, 2, 2), 2)
@@ -258,6 +260,7 @@ def test_with_values__chooses_the_cells_of_new_points() -> None:
 # --- cost -------------------------------------------------------------------------------------------
 
 
+@needs("elastic_bar")
 def test_presets__are_the_named_errors_with_the_cells_and_the_cost_of_their_runs() -> None:
     sweep = Sweep.parse(without(HOLES, "accuracy", resolution=[8, 12], offsets=3))
     presets = [*presets_of(sweep, most_runs=100)]

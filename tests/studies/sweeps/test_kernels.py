@@ -7,6 +7,7 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.kernels import kinds_of
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 
 
 def runs_of(example: str, **fixed: str) -> list[Run]:
@@ -15,6 +16,8 @@ def runs_of(example: str, **fixed: str) -> list[Run]:
     return [point.run for point in Sweep.parse(whole).runs()]
 
 
-@pytest.mark.parametrize(("example", "kinds"), [("holes", 1), ("craters", 1), ("taylor", 2)])
+@pytest.mark.parametrize(
+    ("example", "kinds"), [("holes", 1), ("craters", 1), pytest.param("taylor", 2, marks=needs("taylor_bar"))]
+)
 def test_kinds__are_those_of_geometry_choices_and_laws(example: str, kinds: int) -> None:
     assert len(kinds_of(runs_of(example))) == kinds

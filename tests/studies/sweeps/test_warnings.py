@@ -6,6 +6,7 @@ import pytest
 
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
+from tests.samples import needs
 
 HOLES = {
     "scenario": "thin_plate",
@@ -36,6 +37,7 @@ def test_sweep__is_warned_of_with_number_and_count(axes: dict[str, Any], words: 
     assert all(word in warning for word in words), warning
 
 
+@needs("taylor_bar")
 def test_sweep__without_shots_has_nothing_to_be_warned_of() -> None:
     bar = {"scenario": "taylor_bar", "axes": {"speed": ["100 m/s"]}}
     assert warnings_of(Sweep.parse(bar)) == []

@@ -13,6 +13,12 @@ in both. A size is None where no source states the constant.
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from studies.scenarios.parts.matter import yield_stress
+
+if TYPE_CHECKING:
+    from studies.materials import Material
 
 # Strain at which voids join: 0.15, Grady (1988); the default of the Grady spall model in the manual of Ansys Explicit
 # Dynamics, section 11.11.8 (read), which states it for aluminium.
@@ -28,6 +34,17 @@ class Breakup:
     yield_stress: float | None  # Pa, of the first slip
     fracture_toughness: float | None  # Pa m^0.5
     surface_tension: float | None  # N/m
+
+
+def breakup_of(material: "Material") -> Breakup:
+    """How matter breaks."""
+    return Breakup(
+        density=material.density,
+        sound_speed=material.sound_speed,
+        yield_stress=yield_stress(material),
+        fracture_toughness=material.tension.fracture_toughness,
+        surface_tension=material.tension.surface_tension,
+    )
 
 
 def brittle(matter: Breakup, rate: float) -> float | None:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.bars.setting import BarSetting, References
 from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, NoValue, OnGrid, Reading, measurement
-from studies.measurements._settings import BarSetting, References
 from studies.quantities.measured import LOST_PARTICLES
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
-from studies.measurements._settings import PlateSetting
+from studies.plate_impacts.setting import PlateSetting
 
 if TYPE_CHECKING:
     from solver.state import Snapshot

@@ -1,8 +1,8 @@
 """Pictures of runs and of their set-up: which runs a report shows, and what each picture says.
 
 :func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
-that ``drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their colours,
-so that runs compare.
+that ``studies.reports.drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their
+colours, so that runs compare.
 """
 
 import json
@@ -22,10 +22,11 @@ from studies.cubes.points import axes_of, by_run, places_of, plain, refinements_
 from studies.cubes.variable import variable_name
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
+from studies.pictures.section import DrawnSetUp, PicturedRun, Pictures
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
 from studies.quantities.parameters import Value, declared
 from studies.quantities.units import readable
-from studies.reports.sections.pictures import DrawnSetUp, Frame, Length, Picture, PicturedRun, Pictures, rounded_up
+from studies.reports.picture import Frame, Length, Picture, rounded_up
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
 from studies.sweeps.reading import OFFSET, RESOLUTION

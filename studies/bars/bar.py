@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from solver.steppers import meshing
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
-from studies.measurements._settings import BarSetting, References
+from studies.bars.loading import Loading
+from studies.bars.setting import BarSetting, References
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Plain
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, points
-from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.method import ON_GRID
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from solver.matter.laws import Matter
     from solver.problem import Body
     from solver.state import Snapshot
-    from studies.measurements.bar import BarView
+    from studies.bars.measured import BarView
     from studies.scenarios.parts.lattice import Geometry
 
 FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
@@ -93,7 +93,7 @@ class BarSetUp(SetUp[BarSetting, "BarView"]):
 
     @staticmethod
     def view(setting: BarSetting, snapshot: "Snapshot") -> "BarView":
-        from studies.measurements.bar import view
+        from studies.bars.measured import view
 
         return view(setting, snapshot)
 

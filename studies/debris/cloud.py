@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.debris.breakup import Breakup
+from studies.debris.setting import CloudSetting, Melting
 from studies.measurements import Measurement, NoValue, OnGrid, Reading
-from studies.measurements._breakup import Breakup
-from studies.measurements._settings import CloudSetting, Melting
 from studies.measurements.impact.edges import place_holding
 from studies.measurements.impact.view import connected, rim_of
 from studies.quantities.measured import DEFINITION

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.measurements._settings import PlateSetting
+from studies.plate_impacts.setting import PlateSetting
 from studies.quantities.findings import Finding
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Choice, MaterialName
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from solver.problem import Body
     from solver.state import Snapshot
     from studies.materials import Material
-    from studies.measurements.plates import PlateView
+    from studies.plate_impacts.plates import PlateView
 
 BODIES = ("flyer", "target")
 CROSSED = 0.9  # of its plate that the first shock to cross has passed at the end: no reflection yet
@@ -205,7 +205,7 @@ class PlateImpact(SetUp[PlateSetting, "PlateView"]):
 
     @staticmethod
     def view(setting: PlateSetting, snapshot: "Snapshot") -> "PlateView":
-        from studies.measurements.plates import view
+        from studies.plate_impacts.plates import view
 
         return view(setting, snapshot)
 

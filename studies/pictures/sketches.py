@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
+from studies.pictures.section import DrawnSetUp
 from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
-from studies.reports.sections.pictures import DrawnSetUp
 from studies.scenarios.parts.outline import Dimension, Shape
 
 Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Pascal, Second
-from studies.measurements._settings import BarSetting
+from studies.bars.bar import FASTEST, Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
+from studies.bars.loading import Loading
+from studies.bars.setting import BarSetting
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import flat
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Size
-from studies.scenarios.parts.bar import FASTEST, Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
-from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, among
 from studies.scenarios.parts.numerics import OF_TWO_BODIES, Numerics

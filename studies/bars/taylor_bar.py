@@ -6,14 +6,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
+from studies.bars.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
+from studies.bars.loading import Loading
+from studies.bars.setting import BarSetting
 from studies.convergence.experience import MeshGrid
-from studies.measurements._settings import BarSetting
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Size
-from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Wall
-from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import (
     HUGONIOT,
     check_boiling,

@@ -9,21 +9,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.eos import reference_sound_speed
 from solver.problem import Face
 from solver.problem.geometry import impact_axis
 from solver.simulation import simulate, start
+from solver.state import Snapshot
 from solver.steppers import methods
 from studies import measurements, scenarios
+from studies.bars.loading import read_pulse
+from studies.bars.measured import view as view_of_bar
 from studies.observations.compared import stored
 from studies.quantities.measured import LOST_PARTICLES
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.scenarios.parts.loading import read_pulse
 from tests.claims.rows import Row, absolute, at_least, equal, relative
-from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
-
-PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
-SQUARE: dict[str, Any] = {"section": "square", "geometry": "quarter"}
+from tests.contracts.test_scenarios import ROUND_OFF, asked, built
+from tests.samples import DIAMETER, needs
+from tests.studies.bars.samples import BARS, PULSE, SQUARE
 
 
 @pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
@@ -140,6 +142,17 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         assert result.numbers["momentum_error"] < 1e-9, method
 
 
+@needs("sph-fem")
+def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
+    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
+    elements, particles = setting.problem.bodies
+    whole = 8900.0 * 2e-3**2 * 20e-3
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
+    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
+    assert measurements.load("middle_stress").read(view).value == 0.0
+
+
 # The grid of a Taylor bar
 
 SHIPPED = ("taylor-bars-al-6061-t6", "taylor-bars-copper-etp", "taylor-bars-copper-ofhc", "taylor-bars-steel-4340")
@@ -195,3 +208,25 @@ def test_shots__of_bars_that_spread_beyond_three_diameters_have_a_length(
         text = f"{table}, {speed:g} m/s: {row['quantity']} (m)"
         compared(relative(text, expected=expected or math.nan, got=row["simulated"] or math.nan, within=1e-6))
         compared(equal(f"{text}: flags", expected=[], got=row["flags"]))
+
+
+# Its view
+
+
+def bar_at_start(geometry: str, **changes: Any) -> tuple[Any, Snapshot]:
+    setting = built(asked("elastic_bar", geometry=geometry, **changes))
+    return setting, start(setting.problem, threads=1).snapshot()
+
+
+def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
+    """sigma^2 / 2 E per volume, where strain is small: the terms left out are of the order of the strain."""
+    setting, snapshot = bar_at_start("quarter")
+    (body,) = setting.problem.bodies
+    shear, bulk = body.matter.shear_modulus, reference_sound_speed(body.matter.eos) ** 2 * body.density
+    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    stress = 1e-5 * young
+    snapshot.particles.density[:] = body.density * (1.0 - stress / 3.0 / bulk)
+    snapshot.particles.deviator[:, 2] = 2.0 / 3.0 * stress
+    snapshot.particles.deviator[:, :2] = -stress / 3.0
+    expected = 0.5 * stress**2 / young / body.density
+    assert np.allclose(view_of_bar(setting, snapshot).strain_energy, expected, rtol=1e-4, atol=0.0)

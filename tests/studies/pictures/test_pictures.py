@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from studies.films.section import END, read_sections
+from studies.pictures import shown as pictures
 from studies.quantities.display import printed
-from studies.reports import pictures
 from studies.reports.publish import publish_sweep
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep

@@ -1,0 +1,1 @@
+"""Bars that hit a rigid wall: their scenarios, loads and measurements."""

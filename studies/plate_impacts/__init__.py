@@ -1,0 +1,1 @@
+"""Plates that hit plates, face to face: their scenario and measurements."""
