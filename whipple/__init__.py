@@ -10,14 +10,16 @@ Nothing inside the project imports this module, and importing it loads nothing h
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
+
+from solver.registry import points
 
 if TYPE_CHECKING:
     import xarray
 
+    from service.cli.notebook import SweepFolder
     from service.client.client import Client
-    from service.client.results import SweepFolder
     from studies.quantities.parameters import Plain
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
@@ -47,8 +49,8 @@ def run_sweep(
     columns that a person reads, or ``every_column``. A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
-    from service.client.progress import is_watched, showing_progress
-    from service.client.results import SweepFolder
+    from service.cli.notebook import SweepFolder
+    from service.cli.progress import is_watched, showing_progress
 
     if not is_watched():
         return SweepFolder(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
@@ -70,8 +72,7 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
 
     if str(path).startswith(("http://", "https://")):
-        from service.client.remote_cube import open_remote
-
+        open_remote = _of_feature("open_remote")
         key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))
         is_own = str(path).startswith(f"{service.rstrip('/')}/") or urlsplit(str(path)).hostname in LOOPBACK
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key and is_own else {})
@@ -115,11 +116,16 @@ def open_film(path: str | Path) -> "xarray.Dataset":
 
 def __getattr__(name: str) -> "type[Client]":
     """``Client`` is imported when it is first asked for."""
-    if name == "Client":
-        from service.client.client import Client
-
-        return Client
+    if name in __all__:
+        return _of_feature(name)
     raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")
+
+
+def _of_feature(name: str) -> Any:
+    """What a feature offers by the entry points ``whipple.face``; raises AttributeError where it was taken away."""
+    for point in points("face").select(name=name):
+        return point.load()
+    raise AttributeError(f"the feature that offers {name!r} is not installed")
 
 
 def __dir__() -> list[str]:

@@ -13,7 +13,7 @@ PARAGRAPH = "\n\n"
 MODULES: dict[str, tuple[str, ...]] = {
     "whipple": (),
     "service.client.client": ("SweepHandle",),
-    "service.client.results": ("SweepFolder",),
+    "service.cli.notebook": ("SweepFolder",),
     "studies.reports.notebook": ("CubeFigures", "Figures"),
     "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Law", "LawValue", "Reason", "in_words"),
     "studies.shields.shield": ("Shield", "FurtherBumper", "ShotAtShield"),

@@ -24,11 +24,11 @@ from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
 import httpx
 
+from service.cli.notebook import SweepFolder, sweep_table, table
+from service.cli.progress import is_watched, showing_progress
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
-from service.client.html import RunDocument, sweep_table, table
-from service.client.progress import is_watched, showing_progress
 from service.client.remote_cube import open_remote
-from service.client.results import SweepFolder
+from service.client.runs import RunDocument
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import KEY_VARIABLE, SweepStatus

@@ -29,7 +29,7 @@ from service.cli.options import (
     folder_of,
     settings_of,
 )
-from service.client.progress import showing_progress
+from service.cli.progress import showing_progress
 from solver.errors import WhippleError
 from studies.quantities.display import duration
 from studies.quantities.files import write_text

@@ -1,17 +1,37 @@
-"""The folder of a sweep that was computed here, for notebooks."""
+"""Tables and moving pictures for notebooks: a sweep as it stands, and the folder of one that was computed here."""
 
+import base64
 import json
 import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from html import escape
 from pathlib import Path, PosixPath
 from typing import TYPE_CHECKING
 
-from service.client.html import Animation, table
+from studies.quantities.display import duration
 from studies.quantities.files import CUBE, FILM, REPORT_HTML, REPORT_JSON
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
+    from service.records.jobs import SweepStatus
     from studies.cubes.reading import Dataset
     from studies.reports.notebook import Figures
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A moving picture; a notebook shows it."""
+
+    gif: bytes
+
+    def _repr_html_(self) -> str:
+        return f'<img alt="film of the run" src="data:image/gif;base64,{base64.b64encode(self.gif).decode()}">'
+
+    def save(self, file: str | Path) -> Path:
+        """Write it into a file."""
+        Path(file).write_bytes(self.gif)
+        return Path(file)
 
 
 class SweepFolder(PosixPath):
@@ -56,3 +76,23 @@ class SweepFolder(PosixPath):
             raise refusal("run", run, "a run with a film", "compute the sweep with keep: film")
         with tempfile.TemporaryDirectory() as folder:
             return Animation(animate(open_film(films[0]), Path(folder) / "film.gif", field).read_bytes())
+
+
+def sweep_table(sweep: "SweepStatus", report: str = "") -> str:
+    """A sweep at one moment; ``report`` is the address of its report, if there is one."""
+    bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
+    rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason), ("renewed", sweep.renewal)]
+    rows += [("time left", duration(sweep.eta_seconds or None))]
+    link = f'<a href="{escape(report)}">report</a>' if report and sweep.state == "succeeded" else ""
+    return table(f"{sweep.name} ({sweep.id[:12]})", rows, below=f"{bar} {link}")
+
+
+def table(title: str, rows: Iterable[tuple[str, object]], below: str = "") -> str:
+    """A table of names and values without those that are None or empty; ``below`` is HTML."""
+    lines = "".join(
+        f"<tr><th style='text-align: left'>{escape(name)}</th>"
+        f"<td style='text-align: left'>{escape(str(value))}</td></tr>"
+        for name, value in rows
+        if value not in (None, "")
+    )
+    return f"<div><b>{escape(title)}</b><table>{lines}</table>{below}</div>"

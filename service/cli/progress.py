@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from service.client.html import sweep_table
+from service.cli.notebook import sweep_table
 from studies.quantities.display import duration, escaped
 
 if TYPE_CHECKING:

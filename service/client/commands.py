@@ -7,42 +7,37 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands import REQUESTS, Commands
-from service.cli.console import (
-    SHORT_ID,
-    print_event,
-    print_json,
-    print_queue,
-    print_sweep,
-    print_sweeps,
-    print_table,
-    print_warnings,
-)
+from service.cli.console import SHORT_ID, print_json, print_table, print_warnings
 from service.cli.options import (
     Accuracy,
     EveryColumn,
     Json,
     KeepOption,
-    KeyFile,
     Laws,
     Overwrite,
-    SweepArgument,
     SweepFile,
-    Url,
-    client_of,
     document_of,
     exit_status,
     folder_of,
 )
-from service.client.progress import showing_progress
+from service.cli.progress import showing_progress
+from service.client.printing import print_event, print_queue, print_sweep, print_sweeps
 from studies.quantities.display import display_of, escaped, with_unit
 from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
-    from service.client.client import SweepHandle
+    from service.client.client import Client, SweepHandle
 
 app = typer.Typer()
 COMMANDS = Commands("client", REQUESTS, app)
+
+Url = Annotated[str | None, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service; default a local one.")]
+KeyFile = Annotated[
+    Path | None,
+    typer.Option(help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."),
+]
+SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
 
 
 @app.command()
@@ -260,3 +255,24 @@ def queue(
         else:
             state = client.pause() if pause else client.resume()
     print_json(state) if as_json else print_queue(state)
+
+
+def client_of(url: str | None, key_file: Path | None) -> "Client":
+    """A client with the key of the options; raises InvalidInput."""
+    from service.client.client import Client
+
+    return Client(url, key=None if key_file is None else _key_in(key_file))
+
+
+def _key_in(file: Path) -> str:
+    """The key in a file; raises InvalidInput, which never shows the content."""
+    limit = "a file with an API key"
+    try:
+        words = file.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeError) as error:
+        cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
+        raise refusal("--key-file", str(file), limit, cure) from None
+    if len(words) != 1 or not words[0].isascii():
+        cure = "write only the secret that `whipple keys create` printed into the file"
+        raise refusal("--key-file", str(file), limit, cure)
+    return words[0]

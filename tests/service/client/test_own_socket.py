@@ -8,9 +8,9 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.cli.options import client_of
 from service.cli.serve import _door_of_the_user, _warn_of_other_users
 from service.client.client import DEFAULT_URL, Client
+from service.client.commands import client_of
 from service.files import SOCKET
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
