@@ -12,7 +12,6 @@ from service.api import errors
 from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
-from service.api.metrics import Metrics
 from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
@@ -63,10 +62,9 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     )
     streams = EventStreams(store)
     readiness = ReadinessCheck(settings, store, engine)
-    metrics = Metrics(store, engine, streams, readiness)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
-    app.state.event_streams, app.state.metrics = streams, metrics
+    app.state.event_streams = streams
     app.state.problem_page = None  # makes the page of an error, where a feature with pages offers one
     app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()
@@ -84,8 +82,11 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.add_middleware(Access, settings=settings)
     app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
+    for routes in all_routes():
+        for middleware in routes.middleware:
+            app.add_middleware(middleware, service=app)
     # The middleware added last is the outermost.
-    app.add_middleware(RequestLog, metrics=metrics, store=store)
+    app.add_middleware(RequestLog)
     errors.install(app)
     add_schemas(app)
     return app

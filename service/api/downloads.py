@@ -26,7 +26,7 @@ from service.api.errors import FileDamaged, PreconditionFailed
 from service.api.turns import in_waiting_thread, turn_of
 from service.files.artifacts import Artifacts, known_digest
 from service.files.stores import FilesAway
-from service.queue.scrubbing import make_again
+from service.queue.retry import make_again
 from service.records.jobs import NotFound, Stored
 
 UNKNOWN_TYPE = "application/octet-stream"

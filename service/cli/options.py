@@ -42,9 +42,6 @@ Accuracy = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
-DatabaseUrl = Annotated[
-    str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
-]
 
 
 def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Plain]:

@@ -9,11 +9,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Protocol
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import JsonValue
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from solver.registry import entries
+
+
+class Middleware(Protocol):
+    """A part of ASGI, made of what it is around and of the service, whose ``state`` has its parts."""
+
+    def __init__(self, app: ASGIApp, service: FastAPI): ...
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None: ...
+
 
 ProblemPage = Callable[[Request, int, Mapping[str, JsonValue], Mapping[str, str]], Response]
 
@@ -29,6 +40,7 @@ class Routes:
     open: tuple[APIRouter, ...] = ()  # for callers without a key
     files: Mapping[str, Path] = field(default_factory=dict)  # folders of files for everyone, by address
     problem_page: ProblemPage | None = None  # shows a problem document to a browser
+    middleware: tuple[type[Middleware], ...] = ()  # around every request
 
 
 @cache

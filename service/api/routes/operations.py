@@ -1,14 +1,13 @@
-"""What an operator looks at: liveness, readiness, version, metrics, and the queue as a whole."""
+"""What an operator looks at: liveness, readiness, version, and the queue as a whole."""
 
 import platform
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from service import version
 from service.api.access import Administrator
 from service.api.dependencies import AppReadiness, AppStore
-from service.api.metrics import CONTENT_TYPE, Metrics
 from service.api.routes import Routes
 from service.api.schemas import Health, QueueModel, Readiness, VersionModel
 from service.api.turns import in_waiting_thread
@@ -35,15 +34,6 @@ async def show_readiness(readiness: AppReadiness) -> Readiness:
 def show_version() -> VersionModel:
     """Versions of the service, its physics and Python."""
     return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
-
-
-@guarded_router.get(
-    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
-)
-async def show_metrics(request: Request) -> Response:
-    """Metrics for Prometheus: runs by state, queue, attempts, requests."""
-    metrics: Metrics = request.app.state.metrics
-    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)
 
 
 @guarded_router.get("/v1/queue")

@@ -9,8 +9,8 @@ import pytest
 from pydantic import ByteSize
 
 from service import execution
-from service.cli.doctor import CheckStatus, check_store, check_workers, examine
 from service.execution.protocol import Cluster
+from service.maintenance.doctor import CheckStatus, check_store, check_workers, examine
 from service.queue import data_identity as identity
 from service.records.jobs import Scrub
 from service.settings import Settings

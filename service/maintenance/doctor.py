@@ -13,9 +13,9 @@ from datetime import UTC, datetime
 from enum import StrEnum
 
 from service import execution
-from service.cli.offline import has_database
 from service.files.artifacts import Artifacts
 from service.files.stores import FilesAway
+from service.maintenance.offline import has_database
 from service.queue import data_identity as identity
 from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.settings import Settings

@@ -12,8 +12,8 @@ from fastapi.testclient import TestClient
 
 from service.api.app import build_app
 from service.queue import data_identity as identity
-from service.queue.scrubbing import FILES_AT_ONCE, Scrubber
 from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
+from service.scrubbing.scrubber import FILES_AT_ONCE, Scrubber
 from service.store.publications import LOST, MOST_AT_ONCE
 from service.store.tables import OWNED_BYTES
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint

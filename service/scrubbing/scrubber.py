@@ -13,10 +13,11 @@ from contextlib import suppress
 from dataclasses import replace
 
 from service.files.artifacts import Artifacts, chunks
-from service.files.lost_results import TooManyLost
 from service.files.stores import FilesAway
 from service.queue import data_identity as identity
-from service.queue.retry import MOST_LOST_RESULTS
+from service.queue.clock_watch import ClockWatch
+from service.queue.keepers import Keeper
+from service.queue.retry import make_again
 from service.records.jobs import Scrub, Stored
 from service.settings import Settings
 from service.store import Store
@@ -28,10 +29,10 @@ FILES_AT_ONCE = 100  # records that are read together
 BYTES_TO_OPEN = 4096  # that opening a file counts for
 
 
-class Scrubber:
+class Scrubber(Keeper):
     """Goes round the registered files."""
 
-    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, timings: Timings):
+    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, _clock: ClockWatch, timings: Timings):
         self._settings = settings
         self._store = store
         self._artifacts = artifacts
@@ -128,11 +129,3 @@ def _digest(pieces: Iterator[bytes]) -> Generator[int, None, str]:
     except OSError:
         return ""
     return sha256.hexdigest()
-
-
-def make_again(store: Store, damaged: Stored) -> bool | None:
-    """Have a damaged file made again; False: it no longer counts, None: too many are, for now."""
-    try:
-        return store.publications.mend(damaged, most=MOST_LOST_RESULTS)
-    except TooManyLost:
-        return None

@@ -14,10 +14,10 @@ import pytest
 import xarray as xr
 
 from service.cli import remeasuring
-from service.cli.offline import without_services
-from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
+from service.maintenance.offline import without_services
+from service.maintenance.remeasuring import plan_of, remeasure_runs
 from service.records.jobs import State, Submission, SweepState
 from service.settings import Settings
 from service.store import Store

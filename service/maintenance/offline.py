@@ -10,13 +10,19 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from solver.errors import WhippleError
 
 if TYPE_CHECKING:
     from service.settings import Settings
     from service.store import Store
+
+DatabaseUrl = Annotated[
+    str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
+]
 
 
 class NoStore(WhippleError):

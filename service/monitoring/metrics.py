@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from fastapi import FastAPI
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -24,9 +25,11 @@ from prometheus_client.metrics_core import (
     Metric,
 )
 from prometheus_client.registry import Collector
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import version
 from service.api.event_streams import EventStreams
+from service.api.middleware import method_of, route_of
 from service.api.readiness import ReadinessCheck
 from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, RunTally, State, StoreUnavailable
 from service.store import Store
@@ -40,11 +43,12 @@ REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0
 
 
 class Metrics:
-    """All metrics of a service, in one registry."""
+    """All metrics of a service, in one registry; the middleware that counts requests."""
 
-    def __init__(self, store: Store, engine: "Dispatcher", streams: EventStreams, readiness: ReadinessCheck):
+    def __init__(self, app: ASGIApp, service: FastAPI):
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
+        self._app = app
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "whipple_http_requests",
@@ -60,12 +64,28 @@ class Metrics:
             registry=self._registry,
         )
         ProcessCollector(registry=self._registry)
-        self._registry.register(_ServiceMetrics(store, engine, streams, readiness))
+        state = service.state
+        self._registry.register(_ServiceMetrics(state.store, state.engine, state.event_streams, state.readiness))
+        state.metrics = self
 
-    def record_request(self, *, route: str, method: str, status: int, seconds: float) -> None:
-        """Count a request."""
-        self._requests.labels(route, method, str(status)).inc()
-        self._seconds.labels(route, method).observe(seconds)
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        begin, status = time.perf_counter(), 500  # stays 500 if an exception escapes
+
+        async def send_counted(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        try:
+            await self._app(scope, receive, send_counted)
+        finally:
+            route, method = route_of(scope), method_of(scope)
+            self._requests.labels(route, method, str(status)).inc()
+            self._seconds.labels(route, method).observe(time.perf_counter() - begin)
 
     def text(self) -> bytes:
         """All metrics in the text format of Prometheus; waits for the database as long as the readiness check does."""

@@ -14,7 +14,7 @@ from service import logs
 from service.api import access
 from service.api.access import MinuteCounter, network_of
 from service.api.browsers import SAFE_METHODS
-from service.api.middleware import READS
+from service.maintenance.audit import READS
 from service.records.jobs import AuditEntry, Scope
 from service.store.tables import AUDIT
 from tests.claims.marked import Compared

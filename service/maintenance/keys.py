@@ -10,8 +10,8 @@ import typer
 
 from service.cli.commands import SERVICE, Commands
 from service.cli.console import SHORT_ID, moment, print_json, print_table
-from service.cli.offline import open_store, record_command
-from service.cli.options import Data, DatabaseUrl, Json, settings_of
+from service.cli.options import Data, Json, settings_of
+from service.maintenance.offline import DatabaseUrl, open_store, record_command
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ keys = typer.Typer(no_args_is_help=True)
 app.add_typer(
     keys, name="keys", help="API keys, which requests from other machines need, and the orders that were given."
 )
-COMMANDS = Commands("keys", SERVICE, app, place=1)
+COMMANDS = Commands("keys", SERVICE, app, place=2)
 
 DURATION = re.compile(r"([1-9]\d{0,5})([dhm])")
 UNITS = {"d": "days", "h": "hours", "m": "minutes"}

@@ -1,4 +1,4 @@
-"""A service, and the maintenance of its database and files: checks, backup, retention, measuring again."""
+"""The maintenance of database and files: checks, backup, retention, measuring again."""
 
 import sys
 from collections.abc import Sequence
@@ -10,37 +10,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands import SERVICE, Commands
-from service.cli.commands.keys import duration_of
 from service.cli.console import SHORT_ID, moment, print_json, print_table, say
-from service.cli.offline import open_store, record_command, without_services
-from service.cli.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, Threads, settings_of
-from service.memory import importing
+from service.cli.options import FAILURE, SOME_FAILED, SUCCESS, Data, Json, settings_of
+from service.maintenance.keys import duration_of
+from service.maintenance.offline import DatabaseUrl, open_store, record_command, without_services
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
     from service.settings import Settings
 
 app = typer.Typer()
-COMMANDS = Commands("maintenance", SERVICE, app)
+COMMANDS = Commands("maintenance", SERVICE, app, place=1)
 
 MOST_LINES = 20  # printed lines of a list of results or files
-
-
-@app.command()
-def serve(
-    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 selects a free one.")] = None,
-    data: Data = None,
-    engine: Annotated[
-        str | None, typer.Option(help="tls://HOST:PORT of an engine; by default runs are computed on this machine.")
-    ] = None,
-    threads: Threads = None,
-) -> None:
-    """Start the service: HTTP interface, queue and workers. Defaults come from WHIPPLE_*."""
-    with importing():
-        from service.cli.serve import serve as run
-
-    run(settings_of(host=host, port=port, data=data, engine=engine, threads=threads))
 
 
 @app.command()
@@ -67,7 +49,7 @@ def doctor(
     if adopt or trust_clock or forget_lost is not None:
         _cure(settings, forget_lost, adopt=adopt, trust_clock=trust_clock)
         return
-    from service.cli.doctor import CheckStatus, examine
+    from service.maintenance.doctor import CheckStatus, examine
 
     checks = []
     for check in examine(settings):
@@ -106,7 +88,7 @@ def backup(
     data: Data = None,
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
-    from service.cli.backup import back_up
+    from service.maintenance.backup import back_up
 
     settings = settings_of(data=data)
     with open_store(settings) as store:
@@ -179,7 +161,7 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
-    from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
+    from service.maintenance.remeasuring import Remeasured, plan_of, remeasure_runs
 
     settings = settings_of(data=data, database_url=database_url)
     done: list[Remeasured] = []
