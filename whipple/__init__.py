@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from service.cli.notebook import SweepFolder
     from service.client.client import Client
+    from studies.answers.cube import laws
+    from studies.films.film_dataset import open_film
     from studies.quantities.parameters import Plain
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
@@ -80,26 +82,6 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
 
 
-def laws(**parameters: "Plain") -> "xarray.Dataset":
-    """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
-
-    Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
-    ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
-    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Of a
-    shield there are also the ``probability`` to fail and the sizes that are just safe. Raises InvalidInput.
-
-    >>> import whipple
-    >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")
-    >>> answer = whipple.laws(speed=["3 km/s", "6 km/s"], **shot)
-    >>> (1e3 * answer.hole_diameter.sel(law_of_hole_diameter="maiden_al")).round(2).values.tolist()
-    [8.16, 11.83]
-    """
-    from studies.answers.cube import cube_of
-    from studies.answers.question import read_question
-
-    return cube_of(read_question(parameters))
-
-
 def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
     """The quality flags of a cube in words, for each run: ``flag_words(cube.run_flags)``."""
     from studies.cubes.reading import flag_words
@@ -107,15 +89,8 @@ def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
     return flag_words(flags)
 
 
-def open_film(path: str | Path) -> "xarray.Dataset":
-    """Open the film of a run, over time and particle: ``path`` is a ``film.npz``, or a folder that holds one."""
-    from studies.films.film_dataset import open_film
-
-    return open_film(path)
-
-
-def __getattr__(name: str) -> "type[Client]":
-    """``Client`` is imported when it is first asked for."""
+def __getattr__(name: str) -> Any:
+    """What features offer is imported when it is first asked for."""
     if name in __all__:
         return _of_feature(name)
     raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")

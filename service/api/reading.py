@@ -1,12 +1,10 @@
-"""What child processes do for requests, within limits of time and memory: sweeps are read, priced and expanded, and
-questions to laws answered.
+"""What child processes do for requests, within limits of time and memory: sweeps are read, priced and expanded.
 
 A body of some hundred bytes can ask for seconds of computing, for which the event loop must never wait. The children
 load neither the web framework nor the store: results go back as records.
 """
 
 import gc
-import json
 import math
 import os
 import resource
@@ -156,22 +154,3 @@ def _warnings(sweep: Sweep) -> list[str]:
     from studies.sweeps.warnings import warnings_of  # with NumPy, which the parent of this child never loads
 
     return warnings_of(sweep)
-
-
-# --- laws -----------------------------------------------------------------------------------------
-
-
-def answered(posted: Posted) -> bytes:
-    """What laws and shots say of the shots of a question, as JSON; raises InvalidInput."""
-    from studies.answers import answer, question
-
-    with posted.document() as document:
-        return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
-
-
-def answered_as_cube(posted: Posted) -> bytes:
-    """The same as NetCDF-4."""
-    from studies.answers import cube, question
-
-    with posted.document() as document:
-        return cube.netcdf(question.read_question(document))

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
 import typer
 
 from service.cli.commands import LOCAL, Commands
-from service.cli.commands.answering import print_examples
 from service.cli.console import print_json, print_warnings, say
 from service.cli.options import (
     Accuracy,
@@ -31,6 +30,7 @@ from service.cli.options import (
 )
 from service.cli.progress import showing_progress
 from solver.errors import WhippleError
+from solver.registry import entries
 from studies.quantities.display import duration
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
@@ -77,7 +77,9 @@ def demo(
         _compile_kernels([*documents.values()], begin)
         return
     folder = folder_of(out)
-    print_examples(folder)
+    for part in entries("service.cli.commands", "COMMANDS").values():
+        if part.demo is not None:
+            part.demo(folder)
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
     statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from service.cli import backup as module
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
+from service.maintenance import backup as module
 from service.maintenance.backup import back_up, files_from
 from service.queue import data_identity as identity
 from service.records.jobs import Submission, SweepState

@@ -13,9 +13,9 @@ from unittest.mock import MagicMock
 import pytest
 import xarray as xr
 
-from service.cli import remeasuring
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
+from service.maintenance import remeasuring
 from service.maintenance.offline import without_services
 from service.maintenance.remeasuring import plan_of, remeasure_runs
 from service.records.jobs import State, Submission, SweepState

@@ -14,6 +14,7 @@ from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
 from tests import samples
 from tests.claims.rows import equal
+from tests.contracts.test_imports import HEAVY, loaded_by
 
 PLATE = {
     "speed": "5.75 km/s",
@@ -111,3 +112,13 @@ def test_question__knows_own_materials() -> None:
     question = read_question({**PLATE, "target": "mine", "materials": own})
     [answer] = answers(question)
     assert question.shot(answer.parameters).brinell_hardness == 80
+
+
+def test_import__of_the_answers_that_ship_loads_neither_scipy_nor_datasets() -> None:
+    code = (
+        "from studies.answers import answer, examples, picture, question",
+        "from studies.sweeps.document import read_yaml",
+        "every = [question.read_question(read_yaml(file.read_text(), file.name)) for file in examples()]",
+        "[(*answer.answers(asked), picture.picture(asked.shot(asked.fixed), asked.target)) for asked in every]",
+    )
+    assert not loaded_by(*code, suspects=HEAVY)

@@ -21,7 +21,6 @@ from studies.quantities.parameters import Parameter
 from studies.sweeps.document import read_sweep_file, read_yaml
 
 app = typer.Typer()
-COMMANDS = Commands("answering", SHIPPED, app, place=1)
 
 FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
 # Options that are not called as their parameters are.
@@ -99,13 +98,16 @@ def _write(question: Question, out: Path) -> Path:
     return draw(picture(shot, answer.target), out)
 
 
-def print_examples(folder: Path) -> None:
+def _print_examples(folder: Path) -> None:
     """Print what laws and shots say about the questions that ship, and write their pages."""
     for example in examples():
         question = read_question(read_yaml(example.read_text(encoding="utf-8"), example.name))
         [answer] = answers(question)
         say(f"{shot_in_words(question.shot(question.fixed))}: {answer.headline()}", flush=True)
         _write(question, folder / f"{example.stem}.html")
+
+
+COMMANDS = Commands("answering", SHIPPED, app, place=1, demo=_print_examples)
 
 
 def _show_answer(answer: ShotAnswer, varied: list[str]) -> None:
