@@ -18,6 +18,7 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
@@ -29,8 +30,9 @@ from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
 from service.api.turns import Places, Turn
 from service.files.artifacts import Artifacts, digest
-from service.records.jobs import VIEWS, Outcome, State, Stored
+from service.records.jobs import Outcome, State, Stored
 from service.workers.warm import environment
+from solver.registry import points
 from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
 
@@ -137,7 +139,7 @@ class Conversions:
     async def file(
         self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, turn: Turn, **options: Unpack[FileOptions]
     ) -> MadeFile:
-        """The file of a kind (``MAKERS``) made from stored files that are on the disk.
+        """The file of a kind (``makers``) made from stored files that are on the disk.
 
         Raises Busy, TooManyRequests, ConversionFailed, and NotAvailable where this service lacks what it takes.
         """
@@ -276,7 +278,7 @@ def main(file: Path, seconds: int, memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     _, _, kind = file.name.partition(".")
     try:
-        MAKERS[kind](json.load(sys.stdin), file)
+        makers()[kind](json.load(sys.stdin), file)
     except MissingExtra as error:
         print(error)
         sys.exit(REFUSED)
@@ -302,40 +304,15 @@ def _outcome(run: Outcome) -> Mapping[str, JsonValue]:
     return json.loads(file.read_bytes())
 
 
-def _vtk(inputs: FileInputs, file: Path) -> None:
-    from studies.quantities.files import zipped
-    from studies.runs.exports import export_vtk
-
-    zipped(lambda folder: export_vtk(_sources(inputs), folder), file)
-
-
 def _zarr(inputs: FileInputs, file: Path) -> None:
     from studies.cubes.exports import export_zarr
     from studies.cubes.reading import open_cube
 
-    [cube] = _sources(inputs).values()
+    [cube] = sources_of(inputs).values()
     export_zarr(open_cube(cube), file)
 
 
-def _film(inputs: FileInputs, file: Path) -> None:
-    from studies.films.film_dataset import open_film
-    from studies.reports.drawing.animation import animate
-
-    [film] = _sources(inputs).values()
-    animate(open_film(film), file, field=inputs["options"]["field"])
-
-
-def _view(inputs: FileInputs, file: Path) -> None:
-    from studies.films.packed import write
-    from studies.runs import views
-    from studies.runs.run import Run
-
-    _, view, _ = file.name.split(".")
-    [source] = _sources(inputs).values()
-    write(getattr(views, view)(Run.from_json(inputs["options"]["run"]), source), file)
-
-
-def _sources(inputs: FileInputs) -> dict[str, Path]:
+def sources_of(inputs: FileInputs) -> dict[str, Path]:
     """The files of the inputs by name, as they were registered; raises OSError."""
     for path, sha256 in inputs["files"].values():
         if digest(Path(path)) != sha256:
@@ -343,14 +320,17 @@ def _sources(inputs: FileInputs) -> dict[str, Path]:
     return {name: Path(path) for name, (path, _) in inputs["files"].items()}
 
 
-MAKERS: Mapping[str, Callable[[FileInputs, Path], None]] = {
-    PARTIAL: _partial,
-    PARTIAL_REPORT: _partial,
-    "vtk.zip": _vtk,
-    "zarr.zip": _zarr,
-    "gif": _film,
-    **{f"{view}.view": _view for view in VIEWS},
-}
+Maker = Callable[[FileInputs, Path], None]  # makes the file of the inputs
+
+
+@cache
+def makers() -> Mapping[str, Maker]:
+    """What makes the files of each kind; features add theirs by entry points ``whipple.service.api.conversions``."""
+    made: dict[str, Maker] = {PARTIAL: _partial, PARTIAL_REPORT: _partial, "zarr.zip": _zarr}
+    for point in points("service.api.conversions"):
+        made |= point.load()
+    return made
+
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]))

@@ -87,7 +87,7 @@ async def send_made(
     headers: Mapping[str, str] = MappingProxyType({}),
     **options: Unpack[FileOptions],
 ) -> Response:
-    """The response with a file of a kind (``conversions.MAKERS``) that is made from stored files."""
+    """The response with a file of a kind (``conversions.makers``) that is made from stored files."""
     conversions: Conversions = request.app.state.conversions
     await bring_back(request, *sources)
     made = await conversions.file(kind, sources, request.app.state.artifacts, turn_of(request), **options)

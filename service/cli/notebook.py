@@ -2,16 +2,16 @@
 
 import base64
 import json
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path, PosixPath
 from typing import TYPE_CHECKING
 
+from solver.registry import points
 from studies.quantities.display import duration
-from studies.quantities.files import CUBE, FILM, REPORT_HTML, REPORT_JSON
-from studies.quantities.findings import refusal
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON
+from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
     from service.records.jobs import SweepStatus
@@ -68,14 +68,9 @@ class SweepFolder(PosixPath):
 
         ``run`` is the beginning of its id. Raises InvalidInput.
         """
-        from studies.films.film_dataset import open_film
-        from studies.reports.drawing.animation import animate
-
-        films = sorted(Path(self).glob(f"runs/{run}*/{FILM}"))
-        if not films:
-            raise refusal("run", run, "a run with a film", "compute the sweep with keep: film")
-        with tempfile.TemporaryDirectory() as folder:
-            return Animation(animate(open_film(films[0]), Path(folder) / "film.gif", field).read_bytes())
+        for point in points("service.cli.notebook").select(name="film"):
+            return Animation(point.load()(Path(self), run, field))
+        raise MissingExtra("nothing that makes films is installed")
 
 
 def sweep_table(sweep: "SweepStatus", report: str = "") -> str:

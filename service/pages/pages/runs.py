@@ -14,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
 from service.api.browsers import check_token
+from service.api.conversions import makers
 from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
@@ -94,8 +95,8 @@ def show_run(
         measured=list(_measured(run, spec["parameters"])),
         so_far=list(_so_far(run, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
-        views=[view for view, sources in VIEWS.items() if names & {*sources}],
-        has_film=FILM in names,
+        views=[view for view, sources in VIEWS.items() if names & {*sources} and f"{view}.view" in makers()],
+        has_film=FILM in names and "gif" in makers(),
         may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
         has_radiograph=_has_radiograph(artifacts, files, spec["parameters"]),
         parameters=list(_parameters(run.scenario, spec["parameters"], _asked(store, places))),

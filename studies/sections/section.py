@@ -27,8 +27,8 @@ from solver.grid.debris import flown_on_grid
 from solver.problem import Body, Face, Problem
 from solver.problem.geometry import impact_axis
 from solver.state import Snapshot, X, Z
-from studies.films.radiograph import Radiograph, radiograph
 from studies.quantities.files import write_atomically
+from studies.sections.radiograph import Radiograph, radiograph
 
 # Particles of a section at most: as many as a picture has pixels.
 MOST = 200_000

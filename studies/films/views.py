@@ -15,14 +15,14 @@ from studies import scenarios
 from studies.films.film_dataset import open_film
 from studies.films.film_section import sections_of
 from studies.films.packed import FrameOfPoints, View
-from studies.films.radiograph import AREAL_DENSITY, PIXELS
-from studies.films.radiograph import radiograph as taken_of
-from studies.films.section import read_sections
 from studies.quantities.display import printed_alone
 from studies.quantities.files import FILM, STATE
 from studies.runs.remeasure import end_of
 from studies.runs.run import Run
 from studies.scenarios.parts.impact import ImpactSetting
+from studies.sections.radiograph import AREAL_DENSITY, PIXELS
+from studies.sections.radiograph import radiograph as taken_of
+from studies.sections.section import read_sections
 
 # Points of a view in space: each body has the same share of them, so that debris is not lost beside a large plate.
 MOST_POINTS = 60_000

@@ -1,21 +1,23 @@
 """The film of a run as a moving picture: GIF by Pillow, or MP4 by ffmpeg: the program, or that of imageio-ffmpeg."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from xarray import Dataset
 
+from studies.films.film_dataset import open_film
 from studies.films.film_section import sections_of
-from studies.films.section import Sections
 from studies.quantities.display import display_of, elapsed
-from studies.quantities.files import write_atomically
+from studies.quantities.files import FILM, write_atomically
 from studies.quantities.findings import MissingExtra, nearest_cure, refusal
 from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.drawing.sections import FULL, LEFT, RIGHT, SHARP, full_size
 from studies.reports.sections.pictures import Frame, Picture
+from studies.sections.section import Sections
 
 SPEED = "speed"  # the field that is shown where none is named
 FRAMES_PER_SECOND = 10
@@ -95,3 +97,12 @@ def _frame(sections: Sections) -> Frame:
     left, top = (float(value) - margin for value in np.min(corners, axis=0))
     right, bottom = (float(value) + margin for value in np.max(corners, axis=0))
     return Frame(-right if sections.mirrored else left, right, top, bottom)
+
+
+def film_in(folder: Path, run: str, field: str) -> bytes:
+    """The film of a run of a sweep's folder as a GIF: of the first one whose id begins so. Raises InvalidInput."""
+    films = sorted(folder.glob(f"runs/{run}*/{FILM}"))
+    if not films:
+        raise refusal("run", run, "a run with a film", "compute the sweep with keep: film")
+    with TemporaryDirectory() as place:
+        return animate(open_film(films[0]), Path(place) / "film.gif", field).read_bytes()

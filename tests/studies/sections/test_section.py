@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from solver.errors import Interrupted
-from studies.films import section
-from studies.films.section import END, Sections, read_sections
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.results import RunControl
 from studies.runs.run import Run
+from studies.sections import section
+from studies.sections.section import END, Sections, read_sections
 from tests.studies.runs.solved import asked, solved
 
 QUANTISED = 1.0 / section.STEPS  # of the box of all positions

@@ -11,7 +11,7 @@ from solver.problem import Problem
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, impact_axis
 from solver.simulation import start
 from solver.state import Snapshot
-from studies.films.radiograph import Radiograph, radiograph
+from studies.sections.radiograph import Radiograph, radiograph
 from tests.solver.bodies import ABOUT_AXIS, DENSITY, FREE, SYMMETRIC, real_copper
 from tests.solver.bodies import block as block_of
 
