@@ -1,5 +1,6 @@
 """The application: the only place where the parts of the service are joined."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from typing import TYPE_CHECKING
@@ -11,7 +12,6 @@ from service import version
 from service.api import errors
 from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
 from service.api.conversions import Conversions
-from service.api.event_streams import EventStreams
 from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
@@ -43,8 +43,11 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
         check_binding(settings, has_keys=store.keys.any_usable())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
-            with closing(app.state.event_streams):
+            try:
                 yield app
+            finally:
+                for end in app.state.at_end:
+                    end()
 
 
 def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI:
@@ -60,11 +63,11 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
         openapi_tags=TAGS,
         generate_unique_id_function=lambda route: route.name,
     )
-    streams = EventStreams(store)
     readiness = ReadinessCheck(settings, store, engine)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
-    app.state.event_streams = streams
+    app.state.open_streams = Counter[str]()  # connections that stay open, by the name of their key
+    app.state.at_end = []  # functions that are called before connections are closed
     app.state.problem_page = None  # makes the page of an error, where a feature with pages offers one
     app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()
@@ -83,8 +86,8 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
     for routes in all_routes():
-        for middleware in routes.middleware:
-            app.add_middleware(middleware, service=app)
+        if routes.prepare is not None:
+            routes.prepare(app)
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog)
     errors.install(app)

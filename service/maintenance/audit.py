@@ -81,4 +81,4 @@ def audit_entry(scope: Scope, status: int, location: str) -> AuditEntry | None:
     return AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))
 
 
-ROUTES = Routes("audit", middleware=(Audit,))
+ROUTES = Routes("audit", prepare=lambda service: service.add_middleware(Audit, service=service))

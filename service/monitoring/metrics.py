@@ -5,6 +5,7 @@ are read from the store on request, so every replica of the service reports the 
 """
 
 import time
+from collections import Counter as Counts
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,6 @@ from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import version
-from service.api.event_streams import EventStreams
 from service.api.middleware import method_of, route_of
 from service.api.readiness import ReadinessCheck
 from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, RunTally, State, StoreUnavailable
@@ -65,7 +65,7 @@ class Metrics:
         )
         ProcessCollector(registry=self._registry)
         state = service.state
-        self._registry.register(_ServiceMetrics(state.store, state.engine, state.event_streams, state.readiness))
+        self._registry.register(_ServiceMetrics(state.store, state.engine, state.open_streams, state.readiness))
         state.metrics = self
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -95,7 +95,7 @@ class Metrics:
 class _ServiceMetrics(Collector):
     """Metrics of this process, and of the queue: jobs by state, failed attempts, seconds of runs."""
 
-    def __init__(self, store: Store, engine: "Dispatcher", streams: EventStreams, readiness: ReadinessCheck):
+    def __init__(self, store: Store, engine: "Dispatcher", streams: Counts[str], readiness: ReadinessCheck):
         self._store, self._engine, self._streams, self._readiness = store, engine, streams, readiness
 
     def describe(self) -> Iterable[Metric]:
@@ -108,7 +108,7 @@ class _ServiceMetrics(Collector):
         leads = bool(self._engine.leads())
         yield _gauge("leader", "1 if this process assigns the work, and the database lets it.", leads)
         yield _gauge("slots", "Runs that this process can compute at once.", self._engine.workers() or 0)
-        yield _gauge("event_streams", "Open event streams.", self._streams.open)
+        yield _gauge("event_streams", "Open event streams.", self._streams.total())
         problem = self._readiness.problem()
         yield _gauge("ready", "1 if /readyz says that it is ready.", problem is None)
         is_refused = self._engine.is_refused() or isinstance(problem, StoreUnavailable)

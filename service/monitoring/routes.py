@@ -7,7 +7,9 @@ from service.api.turns import in_waiting_thread
 from service.monitoring.metrics import CONTENT_TYPE, Metrics
 
 router = APIRouter(tags=["operations"])
-ROUTES = Routes("monitoring", 1, guarded=(router,), middleware=(Metrics,))
+ROUTES = Routes(
+    "monitoring", 1, guarded=(router,), prepare=lambda service: service.add_middleware(Metrics, service=service)
+)
 
 
 @router.get(

@@ -9,22 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Protocol
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import JsonValue
-from starlette.types import ASGIApp, Receive, Scope, Send
 
 from solver.registry import entries
-
-
-class Middleware(Protocol):
-    """A part of ASGI, made of what it is around and of the service, whose ``state`` has its parts."""
-
-    def __init__(self, app: ASGIApp, service: FastAPI): ...
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None: ...
-
 
 ProblemPage = Callable[[Request, int, Mapping[str, JsonValue], Mapping[str, str]], Response]
 
@@ -40,7 +29,8 @@ class Routes:
     open: tuple[APIRouter, ...] = ()  # for callers without a key
     files: Mapping[str, Path] = field(default_factory=dict)  # folders of files for everyone, by address
     problem_page: ProblemPage | None = None  # shows a problem document to a browser
-    middleware: tuple[type[Middleware], ...] = ()  # around every request
+    # Called with the service while it is built: adds middleware around that of the spine, or parts of its ``state``.
+    prepare: Callable[[FastAPI], None] | None = None
 
 
 @cache

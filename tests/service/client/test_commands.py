@@ -59,7 +59,7 @@ def test_status__watches_what_happens_until_the_end(shared_api: Api, smoke: Path
     watching = threading.Thread(target=lambda: ended.append(run("status", id, "--watch")))
     watching.start()
     streams = shared_api.http.app.state.event_streams  # type: ignore[attr-defined]
-    wait_until(lambda: streams.open > 0)
+    wait_until(lambda: streams.opened.total() > 0)
     shared_api.compute()
     watching.join(DEADLINE)
     output = capsys.readouterr().out

@@ -1,6 +1,5 @@
 """Event streams: nothing missed, nothing twice, progress at its pace, and nothing left behind."""
 
-import asyncio
 import json
 import threading
 from collections.abc import Iterator
@@ -12,8 +11,8 @@ import pytest
 
 from service.api.browsers import SESSION
 from service.api.errors import TooManyRequests
-from service.api.event_streams import EventStreams
 from service.client.connection import ServerEvent, server_events
+from service.events.streams import EventStreams
 from service.records.jobs import AttemptProgress, Scope, StoreUnavailable
 from service.settings import Settings
 from tests.service.support.api import Api, served
@@ -66,7 +65,7 @@ def test_sweep__of_more_events_than_a_page_is_told_whole(api: Api, monkeypatch: 
     here = f"/v1/sweeps/{api.submit(axes={'speed': ['3 km/s', '4 km/s', '5 km/s', '6 km/s']})}/events"
     api.compute()
     whole = whole_stream(api, here)
-    monkeypatch.setattr("service.api.event_streams.PAGE", 4)
+    monkeypatch.setattr("service.events.streams.PAGE", 4)
     assert whole_stream(api, here) == whole
 
 
@@ -144,10 +143,6 @@ def streams_of(api: Api) -> EventStreams:
     return api.http.app.state.event_streams  # type: ignore[attr-defined]
 
 
-def reading_threads() -> list[threading.Thread]:
-    return [thread for thread in threading.enumerate() if thread.name == "event-streams"]
-
-
 def test_listeners__are_bounded_and_leave_nothing_behind(api: Api) -> None:
     here = f"/v1/sweeps/{api.submit()}/events"
     streams_of(api)._most = 2
@@ -155,28 +150,22 @@ def test_listeners__are_bounded_and_leave_nothing_behind(api: Api) -> None:
         with listening(url, here) as stream, listening(url, "/v1/queue/events", last=0) as other:
             next(stream)
             next(other)
-            assert (streams_of(api).open, len(reading_threads())) == (2, 1)
+            assert streams_of(api).opened.total() == 2
             refused = httpx.get(url + here, timeout=TIMEOUT)
             assert refused.status_code == 503
             assert refused.json()["type"].endswith("busy")
             assert int(refused.headers["Retry-After"]) > 0
-        wait_until(lambda: streams_of(api).open == 0)
-        wait_until(lambda: not reading_threads())
+        wait_until(lambda: streams_of(api).opened.total() == 0)
 
 
 def test_listeners__of_one_key_leave_room_for_others(shared_api: Api) -> None:
     streams = EventStreams(shared_api.store, most_of_a_key=2)
 
-    async def listen() -> None:
-        async with streams.listening("ann"), streams.listening("ann"):
-            with pytest.raises(TooManyRequests, match="2 event streams of this key"):
-                async with streams.listening("ann"):
-                    pass
-            async with streams.listening("bob"):
-                assert streams.open == 3
-
-    asyncio.run(listen())
-    streams.close()
+    with streams.listening("ann"), streams.listening("ann"):
+        with pytest.raises(TooManyRequests, match="2 event streams of this key"), streams.listening("ann"):
+            pass
+        with streams.listening("bob"):
+            assert streams.opened.total() == 3
 
 
 def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
@@ -186,7 +175,6 @@ def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
         streams_of(api).close()
         assert list(stream) == []
         assert httpx.get(f"{url}/v1/queue/events", timeout=TIMEOUT).status_code == 503
-    wait_until(lambda: not reading_threads())
 
 
 @pytest.mark.parametrize("path", ["/v1/queue/events", "/v1/sweeps/{id}/events"])
@@ -195,7 +183,7 @@ def test_stream__ends_with_its_key(api: Api, path: str, has_session: bool) -> No
     key, secret = api.store.keys.issue("anna", [Scope.READ])
     session = f"{SESSION}={api.store.keys.begin_session(key)}"
     header = {"Cookie": session} if has_session else {"Authorization": f"Bearer {secret}"}
-    streams_of(api)._check_interval = 0.0
+    streams_of(api).check_interval = 0.0
     here = path.format(id=api.submit())
     with served(api) as url, httpx.stream("GET", url + here, headers=header, timeout=TIMEOUT) as response:
         lines = response.iter_lines()

@@ -1,22 +1,32 @@
 """Events as they happen (server-sent events), and past events as pages."""
 
-from collections.abc import AsyncIterable, AsyncIterator, Mapping
+from collections.abc import AsyncIterable, AsyncIterator, Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, FastAPI, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.access import Credentials, authenticate
-from service.api.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
-from service.api.event_streams import EventSubject, Listener, stream
+from service.api.dependencies import AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.routes import Routes
 from service.api.schemas import EventModel, PageOf, RunModel, SweepModel
+from service.events.streams import EventStreams, EventSubject, stream
 from service.records.jobs import TERMINAL, Event, NotFound
 from studies.quantities.findings import Finding, InvalidInput, shown
 
 router = APIRouter(prefix="/v1")
-ROUTES = Routes("events", 50, guarded=(router,))
+
+
+def _prepare(service: FastAPI) -> None:
+    """Let a service have streams, which end before its connections are closed."""
+    state = service.state
+    state.event_streams = EventStreams(state.store, state.open_streams)
+    state.at_end.append(state.event_streams.close)
+
+
+ROUTES = Routes("events", 50, guarded=(router,), prepare=_prepare)
 
 LONGEST_NUMBER = 18  # digits
 MESSAGES = (
@@ -47,11 +57,23 @@ def _number(text: str) -> int:
     return int(text)
 
 
-async def _listener(request: Request, streams: AppEventStreams, credentials: Credentials) -> AsyncIterator[Listener]:
-    """A listener for the duration of the response, or until the key or the log-in of the request ends."""
-    check = partial(authenticate, request, credentials)
-    async with streams.listening(request.state.caller.name, check) as listener:
-        yield listener
+@dataclass(frozen=True)
+class OpenStream:
+    """A stream that was opened."""
+
+    streams: EventStreams
+    check: Callable[[], object]  # raises Unauthorized once its key or its log-in has ended
+
+    def messages(self, subject: EventSubject, after: int) -> AsyncIterator[ServerSentEvent]:
+        """What happens to a subject after an event."""
+        return stream(subject, self.streams, after, self.check)
+
+
+async def _opened(request: Request, credentials: Credentials) -> AsyncIterator[OpenStream]:
+    """A stream for the duration of the response."""
+    streams: EventStreams = request.app.state.event_streams
+    with streams.listening(request.state.caller.name):
+        yield OpenStream(streams, partial(authenticate, request, credentials))
 
 
 def _sweep(id: SweepId, store: AppStore) -> EventSubject:
@@ -97,7 +119,7 @@ def _queue(store: AppStore) -> EventSubject:
 
 
 LastEvent = Annotated[int | None, Depends(_last_event)]
-OpenStream = Annotated[Listener, Depends(_listener)]
+Opened = Annotated[OpenStream, Depends(_opened)]
 
 
 def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
@@ -111,9 +133,9 @@ def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
     description="All events of a sweep and its runs: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
 async def follow_sweep(
-    subject: Annotated[EventSubject, Depends(_sweep)], last_event: LastEvent, listener: OpenStream
+    subject: Annotated[EventSubject, Depends(_sweep)], last_event: LastEvent, opened: Opened
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in stream(subject, listener, last_event or 0):
+    async for message in opened.messages(subject, last_event or 0):
         yield message
 
 
@@ -124,9 +146,9 @@ async def follow_sweep(
     description="All events of a run: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
 async def follow_run(
-    subject: Annotated[EventSubject, Depends(_run)], last_event: LastEvent, listener: OpenStream
+    subject: Annotated[EventSubject, Depends(_run)], last_event: LastEvent, opened: Opened
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in stream(subject, listener, last_event or 0):
+    async for message in opened.messages(subject, last_event or 0):
         yield message
 
 
@@ -140,9 +162,9 @@ async def follow_run(
 async def follow_queue(
     subject: Annotated[EventSubject, Depends(_queue)],
     last_event: Annotated[int, Depends(_last_event_or_newest)],
-    listener: OpenStream,
+    opened: Opened,
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in stream(subject, listener, last_event):
+    async for message in opened.messages(subject, last_event):
         yield message
 
 
