@@ -6,7 +6,7 @@ file of its own, and may run beside a service.
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -95,7 +95,7 @@ def check_store(settings: Settings) -> Iterator[Check]:
         with closing(Store.open(settings.url, migrate=False)) as store:
             store.database.check_pages()
             identity.check(settings, store)
-            whole, wrong = store.retention.scrub().whole, store.retention.wrong_sums()
+            whole = store.retention.scrub().whole
     except StoreDamaged as error:
         yield Check("database", CheckStatus.ERROR, str(error), RESTORE.format(folder=settings.data.absolute()))
     except StoreUnavailable as error:
@@ -105,17 +105,7 @@ def check_store(settings: Settings) -> Iterator[Check]:
     else:
         detail = "the tables are current, and the database belongs to the data directory"
         yield Check("database", CheckStatus.OK, detail)
-        yield _check_sums(wrong)
         yield _check_files(*whole) if whole else Check("stored files", CheckStatus.OK, "not yet compared with digests")
-
-
-def _check_sums(wrong: Mapping[str, tuple[int, int]]) -> Check:
-    """Whether the bytes that are kept for each owner, which quotas look at, are those of the owner's files."""
-    if not wrong:
-        return Check("bytes of owners", CheckStatus.OK, "as many as their files have")
-    detail = ", ".join(f"{owner or 'nobody'}: {kept} in place of {right}" for owner, (kept, right) in wrong.items())
-    cure = "the service counts them anew when it has compared all files with their digests: once a day at most"
-    return Check("bytes of owners", CheckStatus.WARNING, detail, cure)
 
 
 def _check_files(ended: float, files: float, damaged: float) -> Check:

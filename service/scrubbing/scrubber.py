@@ -72,9 +72,6 @@ class Scrubber(Keeper):
                     self._store.retention.note_scrub(scrub)
                     self._noted = time.monotonic()
         self._store.retention.note_scrub(Scrub(scrub.began, whole=(time.time(), scrub.files, scrub.damaged)))
-        if wrong := self._store.retention.wrong_sums():
-            log.error("bytes of %d owners were counted wrongly; they are counted anew", len(wrong))
-            self._store.retention.recount()
 
     def _is_whole(self, file: Stored) -> Generator[int, None, bool]:
         """Whether each copy of a file has its digest; yields sizes of pieces.

@@ -40,7 +40,7 @@ def show_version() -> VersionModel:
 async def show_queue(request: Request, store: AppStore, readiness: AppReadiness) -> QueueModel:
     """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
 
-    Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
+    The reason is that of `/readyz`.
     """
     problem = await in_waiting_thread(request, readiness.problem)
     return QueueModel.of(await run_in_threadpool(store.queue.status), None if problem is None else str(problem))

@@ -15,7 +15,6 @@ from service.queue import data_identity as identity
 from service.records.jobs import Scrub
 from service.settings import Settings
 from service.store import Store
-from service.store.tables import OWNED_BYTES
 
 ELSEWHERE = "tls://scheduler.example.org:8786"
 
@@ -36,8 +35,7 @@ def test_all_is_well__every_check_says_so_and_nothing_is_changed(settings: Setti
     before = all_files(settings.data)
     result = list(examine(settings))
     assert [(item.name, item.status, item.cure) for item in result] == [
-        (name, CheckStatus.OK, "")
-        for name in ("data directory", "database", "bytes of owners", "stored files", "workers")
+        (name, CheckStatus.OK, "") for name in ("data directory", "database", "stored files", "workers")
     ]
     assert all_files(settings.data) == before
 
@@ -46,17 +44,10 @@ def test_all_is_well__every_check_says_so_and_nothing_is_changed(settings: Setti
 def test_files__were_compared_then_and_so_many_are_damaged(settings: Settings, damaged: int) -> None:
     with closing(Store.open(settings.url)) as store:
         store.retention.note_scrub(Scrub(whole=(86400.0, 7, damaged)))
-    result = list(check_store(settings))[2]
+    result = list(check_store(settings))[1]
     assert result.status is (CheckStatus.WARNING if damaged else CheckStatus.OK)
     assert result.detail == f"7 compared with their digests until 1970-01-02 00:00 UTC, {damaged} damaged"
     assert ("forget-lost" in result.cure) is bool(damaged)
-
-
-def test_bytes__that_are_counted_wrongly_are_named(settings: Settings) -> None:
-    with closing(Store.open(settings.url)) as store, store.database.writing() as writing:
-        writing.execute(OWNED_BYTES.insert().values(owner="anna", bytes=7))
-    result = list(check_store(settings))[1]
-    assert (result.status, result.detail) == (CheckStatus.WARNING, "anna: 7 in place of 0")
 
 
 def test_store__that_is_not_there_is_not_made(tmp_path: Path) -> None:

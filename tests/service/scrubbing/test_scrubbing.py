@@ -15,7 +15,6 @@ from service.queue import data_identity as identity
 from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
 from service.scrubbing.scrubber import FILES_AT_ONCE, Scrubber
 from service.store.publications import LOST, MOST_AT_ONCE
-from service.store.tables import OWNED_BYTES
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
@@ -142,14 +141,6 @@ def test_pass__begins_when_the_last_one_is_old_and_takes_further_files(harness: 
     assert files < FILES_AT_ONCE < len(registered(harness))
     assert passed(harness, harness.scrubber(interval=DEADLINE)) == [files, 0]
     assert passed(harness, harness.scrubber()) == [len(registered(harness)), 0]
-
-
-def test_pass__counts_the_bytes_of_owners_anew_where_they_are_wrong(harness: Harness) -> None:
-    with harness.store.database.writing() as writing:
-        writing.execute(OWNED_BYTES.update().values(bytes=7))
-    assert harness.store.retention.wrong_sums()
-    passed(harness, harness.scrubber())
-    assert harness.store.retention.wrong_sums() == {}
 
 
 def test_files__of_a_disk_that_is_away_stay_registered(harness: Harness) -> None:
