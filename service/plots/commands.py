@@ -1,4 +1,4 @@
-"""Figures of cubes as files."""
+"""Figures of cubes as files: the command ``whipple plot``."""
 
 import math
 from functools import partial
@@ -13,7 +13,7 @@ from service.cli.options import folder_of
 from studies.quantities.display import printed_in, with_unit
 
 app = typer.Typer()
-COMMANDS = Commands("drawing", LOCAL, app, place=1)
+COMMANDS = Commands("plots", LOCAL, app, place=1)
 
 
 @app.command()
@@ -39,7 +39,7 @@ def plot(
 
 def _compared(cube: Path, folder: Path, format: str, *, other: Path) -> list[Path]:
     """Print the differences of two cubes, and draw both into files."""
-    from studies.reports.drawing.two_cubes import draw_two, two_cubes
+    from studies.plots.two_cubes import draw_two, two_cubes
     from studies.reports.view import title_of
 
     both = two_cubes(cube, other)
