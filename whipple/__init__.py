@@ -18,8 +18,8 @@ from solver.registry import points
 if TYPE_CHECKING:
     import xarray
 
-    from service.cli.notebook import SweepFolder
     from service.client.client import Client
+    from service.notebooks.folder import SweepFolder
     from studies.answers.cube import laws
     from studies.films.film_dataset import open_film
     from studies.quantities.parameters import Plain
@@ -51,14 +51,20 @@ def run_sweep(
     columns that a person reads, or ``every_column``. A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
-    from service.cli.notebook import SweepFolder
     from service.cli.progress import is_watched, showing_progress
 
     if not is_watched():
-        return SweepFolder(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
+        return _folder_of(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
     with showing_progress(Path(out).name) as show:
         computed = run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column, progress=show)
-        return SweepFolder(computed)
+        return _folder_of(computed)
+
+
+def _folder_of(computed: os.PathLike[str]) -> Any:
+    """The folder of a sweep, which a notebook shows as a table where the feature for it is there."""
+    for point in points("face").select(name="SweepFolder"):
+        return point.load()(computed)
+    return Path(computed)
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":
@@ -71,8 +77,8 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     """
     import xarray
 
-    import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
-
+    for point in points("face").select(name="figures"):
+        point.load()  # cube.whipple
     if str(path).startswith(("http://", "https://")):
         open_remote = _of_feature("open_remote")
         key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))

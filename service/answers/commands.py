@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from service.cli.commands import SHIPPED, Commands
-from service.cli.commands.catalogue import value_with_unit
-from service.cli.console import print_json, print_table, say
+from service.cli.console import print_json, print_table, say, value_with_unit
 from service.cli.options import Json
 from studies.answers import examples
 from studies.answers.answer import ShotAnswer, answers, document, shot_in_words

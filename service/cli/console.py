@@ -8,6 +8,7 @@ from typing import IO, TYPE_CHECKING
 
 from studies.quantities.display import escaped
 from studies.quantities.findings import MOST_FINDINGS, InvalidInput
+from studies.quantities.units import readable
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
@@ -85,3 +86,12 @@ def _print_lines(rows: Sequence[Sequence[str]], stream: IO[str]) -> None:
 def moment(time: datetime | None) -> str:
     """A time in UTC, to the minute; empty for none."""
     return "" if time is None else f"{time:%Y-%m-%d %H:%M}"
+
+
+def value_with_unit(value: float | str | None, unit: str | None) -> str:
+    """A value with its unit, as a sweep document writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value is None:
+        return "none"
+    return readable(value, unit) if unit and not isinstance(value, str) else str(value)

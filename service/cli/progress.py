@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from service.cli.notebook import sweep_table
+from solver.registry import points
 from studies.quantities.display import duration, escaped
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ def is_watched() -> bool:
 def showing_progress(name: str) -> Iterator[Show]:
     """A function that shows the status of a sweep: as a bar on a terminal, a table in a notebook, else as lines."""
     name = escaped(name)
-    if _in_notebook():
-        yield _table()
+    for point in points("service.cli.progress") if _in_notebook() else ():
+        yield _table(point.load())
         return
     if not sys.stderr.isatty():
         yield _lines(name)
@@ -57,8 +57,8 @@ def showing_progress(name: str) -> Iterator[Show]:
         yield show
 
 
-def _table() -> Show:
-    """A function that shows a sweep as a table with a bar, which takes the place of the last one."""
+def _table(sweep_table: Callable[["SweepStatus"], str]) -> Show:
+    """A function that shows a sweep as the HTML of a table with a bar, which takes the place of the last one."""
     ipython = import_module("IPython.display")  # there, in a notebook
     shown = ipython.display(ipython.HTML(""), display_id=True)
     return lambda sweep: shown.update(ipython.HTML(sweep_table(sweep)))

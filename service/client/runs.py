@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.cli.notebook import Animation, table
+from service.notebooks.folder import Animation, table
 from studies.quantities.display import with_bar
 from studies.quantities.units import readable
 

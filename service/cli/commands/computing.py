@@ -1,10 +1,8 @@
-"""Sweeps on this machine, without a service; estimates; the examples that ship."""
+"""Sweeps on this machine, without a service; estimates."""
 
 import json
-import subprocess
-import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
@@ -29,14 +27,10 @@ from service.cli.options import (
     settings_of,
 )
 from service.cli.progress import showing_progress
-from solver.errors import WhippleError
-from solver.registry import entries
 from studies.quantities.display import duration
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
-from studies.sweeps import examples
-from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
     from service.cli.local import Finished
@@ -46,45 +40,7 @@ if TYPE_CHECKING:
 app = typer.Typer()
 COMMANDS = Commands("computing", LOCAL, app)
 
-Examples = Annotated[
-    list[str] | None, typer.Argument(metavar="[EXAMPLE ...]", help="Examples that ship; by default holes and craters.")
-]
-EveryExample = Annotated[bool, typer.Option("--all", help="Every example that ships.")]
-
 PUBLICATION = ("studies.reports.publish", "studies.reports.page")
-DEMO = ("holes", "craters")  # which share their kernels
-KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
-
-
-@app.command()
-def demo(
-    names: Examples = None,
-    out: Out = Path("demo"),
-    threads: Threads = None,
-    every_example: EveryExample = False,
-    warm: Annotated[
-        bool,
-        typer.Option("--warm", help="Only compile the kernels of the examples, with both recipes, into the cache."),
-    ] = False,
-) -> None:
-    """Answer the questions that ship, and compute example sweeps: holes and craters, or those that are named."""
-    from service.cli.local import STORE_OF_FOLDER, run_sweeps
-
-    begin = time.perf_counter()
-    chosen = examples.names() if every_example or (warm and not names) else names or DEMO
-    documents = {name: read_yaml(examples.text(name), name) for name in chosen}
-    if warm:
-        _compile_kernels([*documents.values()], begin)
-        return
-    folder = folder_of(out)
-    for part in entries("service.cli.commands", "COMMANDS").values():
-        if part.demo is not None:
-            part.demo(folder)
-    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-    sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
-    statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]
-    print(f"wall time: {time.perf_counter() - begin:.1f} s")
-    raise typer.Exit(max(statuses))
 
 
 @app.command()
@@ -191,23 +147,6 @@ def _cost(cost: "Cost") -> str:
     return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
 
 
-def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> None:
-    """Compile the kernels of sweeps, with both recipes, before the first run needs them."""
-    thesis = [
-        {**document, "fixed": {**fixed, "recipe": "thesis"}}
-        for document in documents
-        if isinstance(fixed := document.get("fixed", {}), Mapping)
-    ]
-    # In a child process, because this one never loads the solver.
-    child = subprocess.run(
-        [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
-    )
-    if child.returncode:
-        raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
-    seconds = time.perf_counter() - begin
-    print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
-
-
 class RunOptions(TypedDict, total=False):
     """Options of ``service.cli.local.run_sweep``."""
 
@@ -227,10 +166,10 @@ def compute(
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
-    return _say_outcome(name, finished, begin)
+    return say_outcome(name, finished, begin)
 
 
-def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
+def say_outcome(name: str, finished: "Finished", begin: float) -> int:
     """Print what became of a sweep since a time of the counter of seconds, and return the exit status."""
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)

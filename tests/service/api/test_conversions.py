@@ -21,10 +21,10 @@ import xarray as xr
 from service.api import conversions, reading
 from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
 from service.api.errors import Busy, ConversionFailed
-from service.api.routes.runs import FilmField
 from service.api.turns import Places, Turn
 from service.client.client import Client
 from service.files.artifacts import Artifacts, describe
+from service.films.routes import FilmField
 from service.records.jobs import Kind, Lease, Stored
 from studies.cubes import cube
 from studies.films.film import SCALARS

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from service.cli import local
-from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies.convergence import experience
@@ -134,36 +133,6 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         assert "report.html" in output
         assert "\n  Use the law; simulation only.\n" in output
         assert end in output
-
-
-def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
-    monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
-    assert run("demo", "--warm") == 1
-    assert "no compiler" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("kind", "name", "words"),
-    [
-        ("materials", "copper-ofhc", ["8930 kg m-3", "Steinberg (1996)", "strength.A", "90 MPa"]),
-        ("laws", "maiden_c", ["2.40 (v/C) (t/d)^(2/3)", "v <= 8 km/s", "verdict"]),
-        ("scenarios", "thin_plate", ["from 100 m/s to 20 km/s", "required", "hole_diameter"]),
-    ],
-)
-def test_catalogue__is_that_of_the_api_in_tables_with_units(
-    shared_api: Api, capsys: Capsys, kind: str, name: str, words: list[str]
-) -> None:
-    items = shared_api.http.get(f"/v1/{kind}").json()["items"]
-    assert run("list", kind, "--json") == 0
-    assert json.loads(capsys.readouterr().out) == items
-    assert run("list", kind) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == [item["name"] for item in items]
-    assert run("list", kind, name) == 0
-    table = capsys.readouterr().out
-    assert all(word in table for word in words), table
-    assert run("list", kind, f"{name}x") == 2
-    assert f"did you mean '{name}'" in capsys.readouterr().err
 
 
 def test_missing_file__is_named_with_the_one_beside_it_or_an_example(

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 import whipple
-from service.cli.notebook import SweepFolder
 from service.cli.progress import showing_progress
 from service.client.client import Client
+from service.notebooks.folder import SweepFolder
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep

@@ -16,7 +16,7 @@ from studies.quantities.findings import MissingExtra
 if TYPE_CHECKING:
     from service.records.jobs import SweepStatus
     from studies.cubes.reading import Dataset
-    from studies.reports.notebook import Figures
+    from studies.notebooks.figures import Figures
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class SweepFolder(PosixPath):
 
     def open_cube(self) -> "Dataset":
         """The cube, in memory; raises InvalidInput where there is none."""
-        import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
+        import studies.notebooks.figures  # noqa: F401 # its figures: cube.whipple
         from studies.cubes.reading import open_cube
 
         return open_cube(Path(self, CUBE))
@@ -68,7 +68,7 @@ class SweepFolder(PosixPath):
 
         ``run`` is the beginning of its id. Raises InvalidInput.
         """
-        for point in points("service.cli.notebook").select(name="film"):
+        for point in points("service.notebooks").select(name="film"):
             return Animation(point.load()(Path(self), run, field))
         raise MissingExtra("nothing that makes films is installed")
 

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.commands import SHIPPED, Commands
-from service.cli.console import print_json, print_table
+from service.cli.console import print_json, print_table, value_with_unit
 from service.cli.options import Json
 from studies.quantities.parameters import Parameter, declared
-from studies.quantities.units import readable
 
 if TYPE_CHECKING:
     from studies.laws import Law
@@ -108,12 +107,3 @@ def _default(parameter: Parameter) -> str:
     if parameter.required:
         return "required"
     return "" if parameter.default is None else value_with_unit(parameter.default, parameter.unit)
-
-
-def value_with_unit(value: float | str | None, unit: str | None) -> str:
-    """A value with its unit, as a sweep document writes it."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if value is None:
-        return "none"
-    return readable(value, unit) if unit and not isinstance(value, str) else str(value)
