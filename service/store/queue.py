@@ -53,12 +53,12 @@ class Queue:
     def status(self) -> QueueRow:
         """The queue at this moment: with 120 000 jobs 10 ms (2026-11)."""
         groups = (JOBS.c.kind, JOBS.c.state)
-        oldest = sa.select(sa.func.min(JOBS.c.queued)).where(IS_ACTIVE, IS_QUEUED, _IS_RUN)
+        oldest = sa.select(sa.func.min(JOBS.c.queued)).where(IS_ACTIVE, IS_QUEUED, _IS_RUN).correlate(None)
+        counts = sa.select(*groups, sa.func.count().label("jobs"), oldest.scalar_subquery().label("oldest"))
         with self._database.reading() as connection:
-            head = self._head(connection)
-            rows = connection.execute(sa.select(*groups, sa.func.count().label("jobs")).group_by(*groups))
-            jobs = {(Kind(row.kind), State(row.state)): row.jobs for row in rows}
-            return QueueRow(**vars(head), jobs=jobs, oldest_queued=connection.scalar(oldest))
+            head, rows = self._head(connection), connection.execute(counts.group_by(*groups)).all()
+        jobs = {(Kind(row.kind), State(row.state)): row.jobs for row in rows}
+        return QueueRow(**vars(head), jobs=jobs, oldest_queued=rows[0].oldest if rows else None)
 
     def head(self) -> QueueHead:
         """The queue at this moment without its jobs, at the same cost however many there are."""

@@ -38,7 +38,7 @@ def owned(store: Store) -> dict[str, int]:
     sizes = sa.select(ARTIFACTS.c.job_id, sa.func.sum(ARTIFACTS.c.size)).group_by(ARTIFACTS.c.job_id)
     by_owner = Counter[str]()
     with store.database.reading() as reading:
-        right = {job: int(size) for job, size in reading.execute(sizes).tuples()}
+        right = {job: int(size) for job, size in reading.execute(sizes)}
         for job in reading.execute(sa.select(JOBS.c.id, JOBS.c.owner, JOBS.c.abandoned, JOBS.c.bytes)):
             assert job.bytes == right.get(job.id, 0)
             by_owner[job.owner] += 0 if job.abandoned else job.bytes

@@ -22,7 +22,6 @@ def lease_of(**changes: Any) -> Lease:
         "term": TERM,
         "token": "c0ffee00",
         "crashes": 0,
-        "bytes": 0,
         "crash_step": None,
         "priority": 0,
         "keep": Keep.FINAL,
