@@ -28,7 +28,6 @@ from studies.quantities.parameters import Plain
 from studies.reports.document import Head, schema_of_report
 from studies.reports.section import sections
 from studies.sweeps import examples
-from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
 
 Listed = TypeVar("Listed")
@@ -145,46 +144,6 @@ class SweepChange(BaseModel):
     priority: int = Field(
         ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"
     )
-
-
-class PresetModel(Answer):
-    """The sweep with `accuracy: name` in place of `resolution`, and its cost."""
-
-    name: str
-    error: float = Field(description="Mesh error of each point, relative: half-width of 95 %")
-    cells: tuple[float, float] | None = Field(description="Fewest and most cells across the diameter; null: `reason`")
-    runs: int = Field(description="Points of the sweep, each on one grid")
-    core_seconds: float | None = Field(description="Estimated core seconds of all runs; null: see `reason`")
-    bytes: int | None = Field(description="Size of all results")
-    reason: str = Field(description="Why this sweep cannot have the accuracy; empty if it can")
-
-    @classmethod
-    def of(cls, preset: PresetCost, rate: float) -> "PresetModel":
-        """A preset; ``rate`` is measured over estimated seconds."""
-        fields = {name: value for name, value in vars(preset).items() if name != "cost"}
-        cost = preset.cost
-        return cls(
-            **fields,
-            core_seconds=None if cost is None else cost.core_seconds * rate,
-            bytes=None if cost is None else cost.bytes,
-        )
-
-
-class EstimateModel(Answer):
-    """The cost of a sweep; nothing was stored."""
-
-    runs: int = Field(description="Points of the sweep, each at every resolution and offset")
-    looked_at: int = Field(description="Points whose runs were looked at; they were drawn evenly, and stand for all")
-    reused: int = Field(description="Distinct runs that are computed or under way already")
-    core_seconds: float = Field(
-        description="Estimated core seconds of the runs that remain, of the cube and of the report"
-    )
-    seconds: float = Field(description="The same with the runs divided among the workers of this service")
-    bytes: int = Field(description="Size of the results")
-    memory: int = Field(description="Memory of the largest run's process, bytes")
-    is_measured: bool = Field(description="Whether the times are measured here for this scenario")
-    warnings: list[str] = Field(description="Doubts about points and constants that are allowed and hardly useful")
-    presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 
 # --- runs -----------------------------------------------------------------------------------------
