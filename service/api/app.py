@@ -11,7 +11,6 @@ from fastapi.staticfiles import StaticFiles
 from service import version
 from service.api import errors
 from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
-from service.api.conversions import Conversions
 from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
@@ -26,8 +25,6 @@ from service.store import Store
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
-
-CACHE = "cache"  # folder of files that are made when they are asked for, in the data directory
 
 StartEngine = Callable[[Settings, Store], AbstractContextManager["Dispatcher"]]
 
@@ -73,7 +70,6 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
     app.state.readiness = readiness
-    app.state.conversions = Conversions(settings.data / CACHE)
     for routes in all_routes():
         for router in routes.open:
             app.include_router(router)

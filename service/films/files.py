@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from service.api.conversions import FileInputs, Maker, sources_of
+from service.conversions.conversions import FileInputs, Maker, sources_of
 from service.records.jobs import VIEWS
 
 

@@ -6,8 +6,9 @@ from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from service.api.dependencies import AppStore, RunId
-from service.api.downloads import send_made, serves
+from service.api.downloads import serves
 from service.api.routes import Routes
+from service.conversions.sending import send_made
 from service.records.jobs import VIEWS, NotFound
 from studies.quantities.files import FILM, RESULT, STATE, VTK
 

@@ -14,11 +14,11 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
 from service.api.browsers import check_token
-from service.api.conversions import makers
 from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
+from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart, ChartLine
 from service.pages.computed import alone

@@ -14,10 +14,10 @@ from fastapi.routing import APIRoute
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
-from service.api.conversions import Conversions
 from service.api.readers import Readers
 from service.api.reading import Given, Made
 from service.api.routes import all_routes
+from service.conversions.conversions import Conversions
 from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings

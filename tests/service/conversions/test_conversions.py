@@ -18,11 +18,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.api import conversions, reading
-from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
+from service.api import reading
 from service.api.errors import Busy, ConversionFailed
 from service.api.turns import Places, Turn
 from service.client.client import Client
+from service.conversions import conversions
+from service.conversions.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
 from service.files.artifacts import Artifacts, describe
 from service.films.routes import FilmField
 from service.records.jobs import Kind, Lease, Stored

@@ -211,7 +211,16 @@ class Conversions:
     async def _run_child(self, file: Path, inputs: str) -> None:
         arguments = [str(file), str(math.ceil(self._seconds)), str(self._memory)]
         # From its start on: the interpreter alone computes for a tenth of a second.
-        command = ["nice", "-n", str(NICENESS), sys.executable, "-P", "-m", "service.api.conversions", *arguments]
+        command = [
+            "nice",
+            "-n",
+            str(NICENESS),
+            sys.executable,
+            "-P",
+            "-m",
+            "service.conversions.conversions",
+            *arguments,
+        ]
         try:
             with anyio.fail_after(self._seconds):
                 ended = await anyio.run_process(command, input=inputs.encode(), env=environment(), check=False)
@@ -325,9 +334,9 @@ Maker = Callable[[FileInputs, Path], None]  # makes the file of the inputs
 
 @cache
 def makers() -> Mapping[str, Maker]:
-    """What makes the files of each kind; features add theirs by entry points ``whipple.service.api.conversions``."""
+    """What makes the files of each kind; features add theirs by entry points ``whipple.service.conversions``."""
     made: dict[str, Maker] = {PARTIAL: _partial, PARTIAL_REPORT: _partial, "zarr.zip": _zarr}
-    for point in points("service.api.conversions"):
+    for point in points("service.conversions"):
         made |= point.load()
     return made
 
