@@ -211,16 +211,7 @@ class Conversions:
     async def _run_child(self, file: Path, inputs: str) -> None:
         arguments = [str(file), str(math.ceil(self._seconds)), str(self._memory)]
         # From its start on: the interpreter alone computes for a tenth of a second.
-        command = [
-            "nice",
-            "-n",
-            str(NICENESS),
-            sys.executable,
-            "-P",
-            "-m",
-            "service.conversions.conversions",
-            *arguments,
-        ]
+        command = ["nice", "-n", str(NICENESS), sys.executable, "-P", "-m", __name__, *arguments]
         try:
             with anyio.fail_after(self._seconds):
                 ended = await anyio.run_process(command, input=inputs.encode(), env=environment(), check=False)
