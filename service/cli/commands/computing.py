@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import typer
 
@@ -25,8 +25,6 @@ from service.cli.options import (
     settings_of,
 )
 from service.cli.progress import showing_progress
-from studies.quantities.files import write_text
-from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
 
 if TYPE_CHECKING:
@@ -67,42 +65,6 @@ def sweep(
         options: RunOptions = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
         status = compute(document, file.stem, folder_of(out), threads, **options)
     raise typer.Exit(status)
-
-
-@app.command("continue")
-def continue_growing(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of `whipple sweep --out`.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Write the sweep (JSON), to submit it to a service."),
-    ] = None,
-    threads: Threads = None,
-    keep: KeepOption = "final",
-    every_column: EveryColumn = False,
-) -> None:
-    """Compute the runs of a folder that were still growing at their latest end anew, with twice that end.
-
-    All other runs are kept, and cube and report are made again. Nothing goes on from a checkpoint: none is kept of a
-    run that has ended, and the latest end is part of what a run is. Repeated, it doubles the ends that were too early.
-    """
-    from service.cli.local import STORE_OF_FOLDER
-    from studies.cubes.growing import with_later_ends
-
-    if output is None and not (folder / STORE_OF_FOLDER).is_dir():
-        cure = "give the folder of a sweep that was computed on this machine; --output FILE is for those of a service"
-        raise refusal("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)
-    sweep, points = with_later_ends(folder)
-    if not points:
-        print(f"{sweep.name}: no run was still growing at its latest end")
-        return
-    print(f"{sweep.name}: {points} points get twice their latest end", flush=True)
-    if output is not None:
-        write_text(output, json.dumps(sweep.document(), indent=1, ensure_ascii=False) + "\n")
-        print(f"written: {output}; compute it with: whipple submit {output}")
-        return
-    raise typer.Exit(
-        compute(sweep.document(), sweep.name, folder, threads=threads, keep=keep, every_column=every_column)
-    )
 
 
 class RunOptions(TypedDict, total=False):
