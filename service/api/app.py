@@ -15,7 +15,6 @@ from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.routes import all_routes
-from service.api.routes.openapi import PROBLEM, TAGS, add_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -56,8 +55,7 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
         docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request
-        responses={"4XX": PROBLEM, "5XX": PROBLEM},
-        openapi_tags=TAGS,
+        responses={"4XX": errors.PROBLEM, "5XX": errors.PROBLEM},
         generate_unique_id_function=lambda route: route.name,
     )
     readiness = ReadinessCheck(settings, store, engine)
@@ -87,5 +85,4 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog)
     errors.install(app)
-    add_schemas(app)
     return app

@@ -6,12 +6,10 @@ from functools import cache
 from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import JsonValue
 
-from service.api.errors import MEDIA_TYPE
 from service.api.routes import Routes
-from service.api.schemas import component_schemas
+from service.openapi.schemas import component_schemas
 
 router = APIRouter(include_in_schema=False)
-ROUTES = Routes("openapi", 70, open=(router,))
 
 TAGS = [  # the parts of the documentation, in the order of work; each route has one of these names
     {
@@ -30,10 +28,6 @@ TAGS = [  # the parts of the documentation, in the order of work; each route has
     },
     {"name": "operations", "description": "The queue as a whole, and what monitors read."},
 ]
-PROBLEM = {
-    "description": "A problem document (RFC 9457)",
-    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
-}
 
 
 @router.get("/openapi.json")
@@ -47,8 +41,9 @@ def _written(app: FastAPI) -> bytes:
     return json.dumps(app.openapi()).encode()
 
 
-def add_schemas(app: FastAPI) -> None:
-    """Describe problem documents and report.json in the OpenAPI document."""
+def _prepare(app: FastAPI) -> None:
+    """Name the parts of the documentation, and describe problem documents and report.json."""
+    app.openapi_tags = TAGS
     original = app.openapi
 
     def openapi() -> dict[str, JsonValue]:
@@ -57,3 +52,6 @@ def add_schemas(app: FastAPI) -> None:
         return document
 
     app.openapi = openapi  # type: ignore[method-assign]
+
+
+ROUTES = Routes("openapi", 70, open=(router,), prepare=_prepare)

@@ -5,7 +5,7 @@ from typing import Any
 import jsonschema_rs
 import pytest
 
-from service.api.schemas import component_schemas, report_schemas
+from service.openapi.schemas import component_schemas, report_schemas
 from studies.reports.document import schema_of_report
 from studies.reports.section import sections
 from tests.service.support.api import Api
