@@ -34,7 +34,7 @@ EXAMPLES = 4  # of each operation
 THOROUGH, SEQUENCES = 120, 60  # of them, and of operations one after the other, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 8  # at most, until the sequences have met every kind of answer
-ENDLESS = "/v1/queue/events"  # an answer that does not end; test_event_streams.py listens to it
+ENDLESS = "/v1/queue/events"  # an answer that does not end; tests/service/events listens to it
 ENDED = 4  # sweeps that have ended when the tests begin
 SUBMIT, ESTIMATE, DELETE = "POST /v1/sweeps", "POST /v1/sweeps/estimate", "DELETE /v1/sweeps/{id}"
 # A schema cannot say which sweeps there are, what a unit is, or that a state allows an order.
