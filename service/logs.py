@@ -3,13 +3,16 @@
 ``{"time": ..., "level": ..., "logger": ..., "message": ..., "request_id": ..., "run": ...}``. A line that
 is written while a request is answered carries its id, from whatever depth; what else a line is about is
 given as ``log.info("...", extra=about(lease))``. Only the names of ``FIELDS`` are taken. Of equal warnings and errors
-the first is a line, and then one a minute says how many more there were.
+the first is a line, and one with the next warning a minute later says how many more there were.
 """
 
 import json
 import logging
+import math
 import sys
-import threading
+import time
+from collections import Counter
+from contextlib import nullcontext
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from typing import TextIO
@@ -52,61 +55,39 @@ class JsonLines(logging.Formatter):
 
 
 class CountingHandler(logging.StreamHandler[TextIO]):
-    """A handler that writes the first of equal warnings, and then from time to time the number of the others."""
+    """A handler that writes the first of equal warnings, and with a later one the number of the others."""
 
     def __init__(self, stream: TextIO):
         super().__init__(stream)
-        self._repeated: dict[tuple[str, int, str], int] = {}  # since the last look, by logger, level and text
-        self._timer: threading.Timer | None = None
+        self._written: dict[tuple[str, int, str], float] = {}  # monotonic, by logger, level and text
+        self._repeated = Counter[tuple[str, int, str]]()
 
     def emit(self, record: logging.LogRecord) -> None:
         if record.levelno < logging.WARNING:
             return super().emit(record)
         error = f": {record.exc_info[1]!r}" if record.exc_info else ""
         warning = record.name, record.levelno, f"{record.getMessage()}{error}"
-        if warning in self._repeated:
+        self._write_counts(time.monotonic() - REPEAT_SECONDS)
+        if warning in self._written:
             self._repeated[warning] += 1
         else:
-            self._repeated[warning] = 0
+            self._written[warning] = time.monotonic()
             super().emit(record)
-        if self._timer is None:
-            self._look_later()
 
     def close(self) -> None:
         """Write what is counted, and close."""
-        self.acquire()
-        try:
-            if self._timer is not None:
-                self._timer.cancel()
-            self._write_counts()
-            self._repeated.clear()
-        finally:
-            self.release()
+        with self.lock or nullcontext():
+            self._write_counts(math.inf)
         super().close()
 
-    def _look_later(self) -> None:
-        self._timer = threading.Timer(REPEAT_SECONDS, self._look)
-        self._timer.daemon = True
-        self._timer.start()
-
-    def _look(self) -> None:
-        """Write what is counted, and forget warnings that did not come again."""
-        self.acquire()
-        try:
-            self._timer = None
-            self._repeated = dict.fromkeys(self._write_counts(), 0)
-            if self._repeated:
-                self._look_later()
-        finally:
-            self.release()
-
-    def _write_counts(self) -> list[tuple[str, int, str]]:
-        """Write a line for each warning that came again; return these."""
-        again = [warning for warning, count in self._repeated.items() if count]
-        for name, level, text in again:
-            message = f"{self._repeated[name, level, text]} times more: {text}"
-            super().emit(logging.LogRecord(name, level, "", 0, message, None, None))
-        return again
+    def _write_counts(self, before: float) -> None:
+        """Write a line for each warning that came again after it was written before a moment, and forget these."""
+        for warning in [warning for warning, written in self._written.items() if written <= before]:
+            del self._written[warning]
+            if count := self._repeated.pop(warning, 0):
+                name, level, text = warning
+                message = f"{count} times more: {text}"
+                super().emit(logging.LogRecord(name, level, "", 0, message, None, None))
 
 
 def about(lease: Lease) -> dict[str, str | int | None]:

@@ -10,14 +10,18 @@ Nothing inside the project imports this module, and importing it loads nothing h
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
+
+from solver.registry import points
 
 if TYPE_CHECKING:
     import xarray
 
     from service.client.client import Client
-    from service.client.results import SweepFolder
+    from service.notebooks.folder import SweepFolder
+    from studies.answers.cube import laws
+    from studies.films.film_dataset import open_film
     from studies.quantities.parameters import Plain
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
@@ -47,14 +51,20 @@ def run_sweep(
     columns that a person reads, or ``every_column``. A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
-    from service.client.progress import is_watched, showing_progress
-    from service.client.results import SweepFolder
+    from service.cli.progress import is_watched, showing_progress
 
     if not is_watched():
-        return SweepFolder(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
+        return _folder_of(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
     with showing_progress(Path(out).name) as show:
         computed = run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column, progress=show)
-        return SweepFolder(computed)
+        return _folder_of(computed)
+
+
+def _folder_of(computed: os.PathLike[str]) -> Any:
+    """The folder of a sweep, which a notebook shows as a table where the feature for it is there."""
+    for point in points("face").select(name="SweepFolder"):
+        return point.load()(computed)
+    return Path(computed)
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":
@@ -66,37 +76,16 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     'whipple[remote]'``. The key in ``WHIPPLE_API_KEY`` is sent to this machine and to ``WHIPPLE_SERVICE`` alone.
     Raises InvalidInput for anything but a cube, and for one of another layout.
     """
-    import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
-
+    for point in points("face").select(name="figures"):
+        point.load()  # cube.whipple
     if str(path).startswith(("http://", "https://")):
-        from service.client.remote_cube import open_remote
-
+        open_remote = _of_feature("open_remote")
         key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))
         is_own = str(path).startswith(f"{service.rstrip('/')}/") or urlsplit(str(path)).hostname in LOOPBACK
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key and is_own else {})
     from studies.cubes.reading import open_lazily
 
     return open_lazily(Path(path))
-
-
-def laws(**parameters: "Plain") -> "xarray.Dataset":
-    """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
-
-    Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
-    ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
-    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Of a
-    shield there are also the ``probability`` to fail and the sizes that are just safe. Raises InvalidInput.
-
-    >>> import whipple
-    >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")
-    >>> answer = whipple.laws(speed=["3 km/s", "6 km/s"], **shot)
-    >>> (1e3 * answer.hole_diameter.sel(law_of_hole_diameter="maiden_al")).round(2).values.tolist()
-    [8.16, 11.83]
-    """
-    from studies.answers.cube import cube_of
-    from studies.answers.question import read_question
-
-    return cube_of(read_question(parameters))
 
 
 def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
@@ -106,20 +95,18 @@ def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
     return flag_words(flags)
 
 
-def open_film(path: str | Path) -> "xarray.Dataset":
-    """Open the film of a run, over time and particle: ``path`` is a ``film.npz``, or a folder that holds one."""
-    from studies.films.film_dataset import open_film
-
-    return open_film(path)
-
-
-def __getattr__(name: str) -> "type[Client]":
-    """``Client`` is imported when it is first asked for."""
-    if name == "Client":
-        from service.client.client import Client
-
-        return Client
+def __getattr__(name: str) -> Any:
+    """What features offer is imported when it is first asked for."""
+    if name in __all__:
+        return _of_feature(name)
     raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")
+
+
+def _of_feature(name: str) -> Any:
+    """What a feature offers by the entry points ``whipple.face``; raises AttributeError where it was taken away."""
+    for point in points("face").select(name=name):
+        return point.load()
+    raise AttributeError(f"the feature that offers {name!r} is not installed")
 
 
 def __dir__() -> list[str]:

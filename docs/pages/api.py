@@ -13,8 +13,8 @@ PARAGRAPH = "\n\n"
 MODULES: dict[str, tuple[str, ...]] = {
     "whipple": (),
     "service.client.client": ("SweepHandle",),
-    "service.client.results": ("SweepFolder",),
-    "studies.reports.notebook": ("CubeFigures", "Figures"),
+    "service.notebooks.folder": ("SweepFolder",),
+    "studies.notebooks.figures": ("CubeFigures", "Figures"),
     "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Law", "LawValue", "Reason", "in_words"),
     "studies.shields.shield": ("Shield", "FurtherBumper", "ShotAtShield"),
     "studies.answers.question": ("read_question", "Question", "ShotParameters"),

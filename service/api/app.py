@@ -1,5 +1,6 @@
 """The application: the only place where the parts of the service are joined."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from typing import TYPE_CHECKING
@@ -10,14 +11,10 @@ from fastapi.staticfiles import StaticFiles
 from service import version
 from service.api import errors
 from service.api.access import Access, KnownCallers, MinuteCounter, check_binding, requires
-from service.api.conversions import Conversions
-from service.api.event_streams import EventStreams
-from service.api.metrics import Metrics
 from service.api.middleware import Heads, RequestLog
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.routes import all_routes
-from service.api.routes.openapi import PROBLEM, TAGS, add_schemas
 from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -27,8 +24,6 @@ from service.store import Store
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
-
-CACHE = "cache"  # folder of files that are made when they are asked for, in the data directory
 
 StartEngine = Callable[[Settings, Store], AbstractContextManager["Dispatcher"]]
 
@@ -44,8 +39,11 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
         check_binding(settings, has_keys=store.keys.any_usable())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
-            with closing(app.state.event_streams):
+            try:
                 yield app
+            finally:
+                for end in app.state.at_end:
+                    end()
 
 
 def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI:
@@ -57,22 +55,19 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
         docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request
-        responses={"4XX": PROBLEM, "5XX": PROBLEM},
-        openapi_tags=TAGS,
+        responses={"4XX": errors.PROBLEM, "5XX": errors.PROBLEM},
         generate_unique_id_function=lambda route: route.name,
     )
-    streams = EventStreams(store)
     readiness = ReadinessCheck(settings, store, engine)
-    metrics = Metrics(store, engine, streams, readiness)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
-    app.state.event_streams, app.state.metrics = streams, metrics
+    app.state.open_streams = Counter[str]()  # connections that stay open, by the name of their key
+    app.state.at_end = []  # functions that are called before connections are closed
     app.state.problem_page = None  # makes the page of an error, where a feature with pages offers one
     app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
     app.state.readiness = readiness
-    app.state.conversions = Conversions(settings.data / CACHE)
     for routes in all_routes():
         for router in routes.open:
             app.include_router(router)
@@ -84,8 +79,10 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.add_middleware(Access, settings=settings)
     app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
+    for routes in all_routes():
+        if routes.prepare is not None:
+            routes.prepare(app)
     # The middleware added last is the outermost.
-    app.add_middleware(RequestLog, metrics=metrics, store=store)
+    app.add_middleware(RequestLog)
     errors.install(app)
-    add_schemas(app)
     return app

@@ -15,7 +15,6 @@ from service.api.access import Caller
 from service.api.browsers import body_of
 from service.api.documents import pointer, read_json
 from service.api.errors import PayloadTooLarge, UnsupportedMediaType
-from service.api.event_streams import EventStreams
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.reading import PARSERS, Given, Made, Posted
@@ -37,7 +36,7 @@ IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 # --- parts of the app -----------------------------------------------------------------------------
 
 
-AppPart = Store | Settings | Artifacts | ReadinessCheck | EventStreams
+AppPart = Store | Settings | Artifacts | ReadinessCheck
 
 
 def _part(name: str) -> params.Depends:
@@ -54,7 +53,6 @@ AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
 LocalArtifacts = Annotated[Artifacts, _part("local_artifacts")]  # those on the disk: no bucket is asked
 AppReadiness = Annotated[ReadinessCheck, _part("readiness")]
-AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]

@@ -8,12 +8,10 @@ implemented here, and that an invalid Range is ignored.
 import base64
 import logging
 import re
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-from types import MappingProxyType
-from typing import Unpack
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
@@ -21,12 +19,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers
 from starlette.types import Receive, Scope, Send
 
-from service.api.conversions import Conversions, FileOptions
 from service.api.errors import FileDamaged, PreconditionFailed
-from service.api.turns import in_waiting_thread, turn_of
+from service.api.turns import in_waiting_thread
 from service.files.artifacts import Artifacts, known_digest
 from service.files.stores import FilesAway
-from service.queue.scrubbing import make_again
+from service.queue.retry import make_again
 from service.records.jobs import NotFound, Stored
 
 UNKNOWN_TYPE = "application/octet-stream"
@@ -75,23 +72,6 @@ async def bring_back(request: Request, *files: Stored) -> None:
     artifacts: Artifacts = request.app.state.artifacts
     if artifacts.bucket is not None:
         await in_waiting_thread(request, lambda: [artifacts.local(file) for file in files])
-
-
-async def send_made(
-    request: Request,
-    kind: str,
-    sources: Sequence[Stored],
-    filename: str,
-    *,
-    is_attachment: bool = False,
-    headers: Mapping[str, str] = MappingProxyType({}),
-    **options: Unpack[FileOptions],
-) -> Response:
-    """The response with a file of a kind (``conversions.MAKERS``) that is made from stored files."""
-    conversions: Conversions = request.app.state.conversions
-    await bring_back(request, *sources)
-    made = await conversions.file(kind, sources, request.app.state.artifacts, turn_of(request), **options)
-    return await send_file(request, Download(made.path, filename, made.sha256, is_attachment, headers))
 
 
 async def send_file(request: Request, download: Download) -> Response:

@@ -29,6 +29,10 @@ from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, sh
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
+PROBLEM = {
+    "description": "A problem document (RFC 9457)",
+    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
+}
 METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 MOST_FINDING_BYTES = 48_000  # the summary repeats the first finding; the whole response is below 64 kB
 LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand

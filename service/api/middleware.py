@@ -1,4 +1,4 @@
-"""Around each request: its id, log line, metrics and audit; deadlines and a bound on the work of reading it.
+"""Around each request: its id and log line; deadlines and a bound on the work of reading it.
 
 Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
@@ -12,10 +12,9 @@ import logging
 import re
 import secrets
 import time
-from datetime import UTC, datetime
 
 import h11
-from anyio import CancelScope, CapacityLimiter, to_thread
+from anyio import CancelScope
 from anyio.lowlevel import checkpoint
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -23,12 +22,7 @@ from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from service import memory
-from service.api.access import WITHOUT_KEY, Caller, peer_of
-from service.api.browsers import SAFE_METHODS
-from service.api.metrics import Metrics
 from service.logs import REQUEST_ID
-from service.records.jobs import AuditEntry
-from service.store import Store
 
 log = logging.getLogger(__name__)
 
@@ -40,17 +34,6 @@ UNKNOWN_ROUTE = "unknown"
 LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
 
-SUBMIT = "submit"
-# Actions by the name of their route; that of another one is the name itself.
-ACTIONS = {
-    "submit_sweep": SUBMIT,
-    **{f"{order}_sweep": order for order in ("cancel", "retry", "pin", "unpin", "delete")},
-    **{"change_sweep": "prioritise", "pause_queue": "pause", "resume_queue": "resume"},
-}
-READS = frozenset({"estimate_sweep", "evaluate_laws"})  # their questions come in a body
-NO_ORDER = frozenset({405, 429, 503})  # statuses of requests that change nothing: of no such method, or to send again
-ID_AT_END = re.compile(r"(?:^|/)([0-9a-f]{32})$")
-
 LONGEST_HEAD = 32 * 1024  # bytes of request line and headers; usual are a few hundred
 HEAD_SECONDS = 10.0  # limit for a head; on a kept connection, from the end of the last response
 BODY_SECONDS = 120.0  # limit for a body: 4 MiB at 35 kB/s
@@ -59,18 +42,14 @@ PARSING_SECONDS = 0.1  # computing time that a request may take beyond what its 
 PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte at 1e6 (2026-11)
 MOST_PIPELINING = 32  # with more connections of any kind, one that pipelines is closed without a response
 ENDED = "ended"  # in the state of a request whose connection is closed before it is looked at
-MOST_RECORDING = 2  # threads that write the audit, and wait for the lock of the database
 UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
 
 
 class RequestLog:
-    """The outermost middleware: gives each request an id, and records its outcome, that of an order for the audit."""
+    """The outermost middleware: gives each request an id, and logs its outcome."""
 
-    def __init__(self, app: ASGIApp, metrics: Metrics, store: Store):
+    def __init__(self, app: ASGIApp):
         self._app = app
-        self._metrics = metrics
-        self._store = store
-        self._threads = CapacityLimiter(MOST_RECORDING)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -91,32 +70,18 @@ class RequestLog:
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 headers["X-Request-ID"] = request_id
-                await self._record_order(scope, status, headers.get("location", ""))
             await send(message)
 
         try:
             await self._app(scope, receive, send_with_id)
-        except Exception:
-            if status == 500:
-                await self._record_order(scope, status)
-            raise
         finally:
             if status == ACCEPTED:  # ten thousand runs of a sweep have been here
                 memory.give_back()
             self._record(scope, status, time.perf_counter() - begin)
             REQUEST_ID.reset(token)
 
-    async def _record_order(self, scope: Scope, status: int, location: str = "") -> None:
-        entry = audit_entry(scope, status, location)
-        if entry is not None:
-            await to_thread.run_sync(self._store.audit.record, entry, limiter=self._threads)
-
     def _record(self, scope: Scope, status: int, seconds: float) -> None:
-        method = scope["method"] if scope["method"] in METHODS else "other"
-        # The template of the route: what the caller wrote is never a label.
-        template = getattr(scope.get("route"), "path", None)
-        route = template or scope.get("root_path") or UNKNOWN_ROUTE
-        self._metrics.record_request(route=route, method=method, status=status, seconds=seconds)
+        method, route = method_of(scope), route_of(scope)
         id = scope.get("path_params", {}).get("id")
         is_quiet = route in QUIET and status < 500
         level = logging.WARNING if status >= 500 else logging.DEBUG if is_quiet else logging.INFO
@@ -133,25 +98,14 @@ class RequestLog:
         log.log(level, "%s %s %d", method, route, status, extra=fields)
 
 
-def audit_entry(scope: Scope, status: int, location: str) -> AuditEntry | None:
-    """The entry of a request whose response has a status and a ``Location``, if it is an order or has a refused key.
+def method_of(scope: Scope) -> str:
+    """The method of a request, or "other": what the caller wrote is never a label."""
+    return scope["method"] if scope["method"] in METHODS else "other"
 
-    Without a row are orders without a valid key (but the first wrong keys of a minute have one), and those during which
-    the process was killed.
-    """
-    state, path, route = scope["state"], scope.get("path_params", {}), getattr(scope.get("route"), "name", "")
-    action, caller = ACTIONS.get(f"{path.get('order')}_sweep") or ACTIONS.get(route, route), state.get("caller")
-    if "refused_key" in state:
-        key = state["refused_key"]
-        action, caller = "refused key", WITHOUT_KEY if key is None else Caller.of(key)
-    elif scope["method"] in SAFE_METHODS or route in READS or status in NO_ORDER:
-        return None
-    if not action or caller is None or (route, status) == (SUBMIT, 200):  # which shows a form
-        return None
-    # The response names the id of a new sweep, the path the id that another order is about.
-    found = ID_AT_END.search(location) or ID_AT_END.search(path.get("id", ""))
-    subject, address = found[1] if found else "", peer_of(scope)
-    return AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))
+
+def route_of(scope: Scope) -> str:
+    """The template of the route of a request that was responded to."""
+    return getattr(scope.get("route"), "path", None) or scope.get("root_path") or UNKNOWN_ROUTE
 
 
 class Heads:

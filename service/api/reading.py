@@ -1,12 +1,10 @@
-"""What child processes do for requests, within limits of time and memory: sweeps are read, priced and expanded, and
-questions to laws answered.
+"""What child processes do for requests, within limits of time and memory: sweeps are read and expanded.
 
 A body of some hundred bytes can ask for seconds of computing, for which the event loop must never wait. The children
 load neither the web framework nor the store: results go back as records.
 """
 
 import gc
-import json
 import math
 import os
 import resource
@@ -25,7 +23,6 @@ from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain
 from studies.runs.run import Estimate, Run, estimate
-from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -113,14 +110,6 @@ class Posted:
             raise InvalidInput(error.findings, pointers=pointers) from None
 
 
-@dataclass(frozen=True)
-class EstimatedSweep:
-    scenario: str
-    cost: SweepCost
-    warnings: list[str]
-    presets: list[PresetCost]
-
-
 def expanded(posted: Posted) -> ExpandedSweep:
     """The sweep of a body with its runs, to be stored; raises InvalidInput with every error."""
     with posted.document() as document:
@@ -138,40 +127,11 @@ def expanded_sweep(checked: Sweep) -> ExpandedSweep:
     sweep = expand(checked, cost)
     largest = max((of_run.memory for of_run in estimates), default=0)
     size = sum(of_run.bytes for of_run in estimates)
-    return replace(sweep, memory=largest, bytes=size, warnings=tuple(_warnings(checked)))
+    return replace(sweep, memory=largest, bytes=size, warnings=tuple(doubts_about(checked)))
 
 
-def estimated(posted: Posted) -> EstimatedSweep:
-    """The cost of the sweep of a body; raises InvalidInput with every error."""
-    with posted.document() as document:
-        return estimated_sweep(Sweep.parse(document, SweepLimits(posted.max_runs)), posted.max_runs)
-
-
-def estimated_sweep(sweep: Sweep, max_runs: int) -> EstimatedSweep:
-    """The cost of a sweep, and of its presets of at most so many runs; raises InvalidInput."""
-    return EstimatedSweep(sweep.scenario, sweep_cost(sweep), _warnings(sweep), [*presets_of(sweep, max_runs)])
-
-
-def _warnings(sweep: Sweep) -> list[str]:
+def doubts_about(sweep: Sweep) -> list[str]:
+    """What is allowed in a sweep and hardly useful, in words."""
     from studies.sweeps.warnings import warnings_of  # with NumPy, which the parent of this child never loads
 
     return warnings_of(sweep)
-
-
-# --- laws -----------------------------------------------------------------------------------------
-
-
-def answered(posted: Posted) -> bytes:
-    """What laws and shots say of the shots of a question, as JSON; raises InvalidInput."""
-    from studies.answers import answer, question
-
-    with posted.document() as document:
-        return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
-
-
-def answered_as_cube(posted: Posted) -> bytes:
-    """The same as NetCDF-4."""
-    from studies.answers import cube, question
-
-    with posted.document() as document:
-        return cube.netcdf(question.read_question(document))

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, field_validator
-from pydantic.json_schema import models_json_schema
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator
 from pydantic_core import to_jsonable_python
 
 from service.records.jobs import (
@@ -25,10 +24,7 @@ from service.records.jobs import (
 )
 from studies.quantities.files import ARCHIVE, SWEEP_FILES
 from studies.quantities.parameters import Plain
-from studies.reports.document import Head, schema_of_report
-from studies.reports.section import sections
 from studies.sweeps import examples
-from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
 
 Listed = TypeVar("Listed")
@@ -57,51 +53,9 @@ class PageOf(Items[Listed], Generic[Listed]):
     next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last page")
 
 
-# --- problems -------------------------------------------------------------------------------------
-
-
-class ErrorItem(Answer):
-    """An error in an input."""
-
-    field: str = Field(description="Dotted path in the document", examples=["axes.speed[2]"])
-    value: str = Field(description="The refused value, shortened")
-    limit: str = Field(description="The allowed values")
-    cure: str = Field(description="How to correct it")
-    pointer: str = Field(description="JSON pointer (RFC 6901) to the place in the document")
-
-
-class ProblemDocument(Answer):
-    """An error (RFC 9457)."""
-
-    type: str = Field(description="Kind of problem, a stable URI", examples=["/docs#problem-not-found"])
-    title: str
-    status: int
-    detail: str
-    instance: str = Field(description="Path of the request")
-    request_id: str | None = Field(description="Id of the request in the log of the service")
-    errors: list[ErrorItem] | None = Field(None, description="First errors of a refused input")
-    more_errors: int | None = Field(
-        None, description="Number of errors left out of `errors`; checking stops after 200 errors"
-    )
-
-
 COMPONENTS = "#/components/schemas/"
 REPORT = "Report"  # the component of report.json
 REPORT_SCHEMA = {"$ref": f"{COMPONENTS}{REPORT}"}
-
-
-def component_schemas() -> dict[str, JsonValue]:
-    """The schemas of problem documents and of report.json, for the components of OpenAPI."""
-    template = COMPONENTS + "{model}"
-    problems = models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
-    return {**problems, **report_schemas(schema_of_report(sections()))}
-
-
-def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, JsonValue]:
-    """The components of report.json; those of its records begin with "Report.", as others may have their names."""
-    report = adapter.json_schema(mode="serialization", ref_template=f"{COMPONENTS}{REPORT}.{{model}}")
-    records = report.pop("$defs", {})
-    return {REPORT: report, **{f"{REPORT}.{name}": schema for name, schema in records.items()}}
 
 
 # --- sweeps ---------------------------------------------------------------------------------------
@@ -145,46 +99,6 @@ class SweepChange(BaseModel):
     priority: int = Field(
         ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"
     )
-
-
-class PresetModel(Answer):
-    """The sweep with `accuracy: name` in place of `resolution`, and its cost."""
-
-    name: str
-    error: float = Field(description="Mesh error of each point, relative: half-width of 95 %")
-    cells: tuple[float, float] | None = Field(description="Fewest and most cells across the diameter; null: `reason`")
-    runs: int = Field(description="Points of the sweep, each on one grid")
-    core_seconds: float | None = Field(description="Estimated core seconds of all runs; null: see `reason`")
-    bytes: int | None = Field(description="Size of all results")
-    reason: str = Field(description="Why this sweep cannot have the accuracy; empty if it can")
-
-    @classmethod
-    def of(cls, preset: PresetCost, rate: float) -> "PresetModel":
-        """A preset; ``rate`` is measured over estimated seconds."""
-        fields = {name: value for name, value in vars(preset).items() if name != "cost"}
-        cost = preset.cost
-        return cls(
-            **fields,
-            core_seconds=None if cost is None else cost.core_seconds * rate,
-            bytes=None if cost is None else cost.bytes,
-        )
-
-
-class EstimateModel(Answer):
-    """The cost of a sweep; nothing was stored."""
-
-    runs: int = Field(description="Points of the sweep, each at every resolution and offset")
-    looked_at: int = Field(description="Points whose runs were looked at; they were drawn evenly, and stand for all")
-    reused: int = Field(description="Distinct runs that are computed or under way already")
-    core_seconds: float = Field(
-        description="Estimated core seconds of the runs that remain, of the cube and of the report"
-    )
-    seconds: float = Field(description="The same with the runs divided among the workers of this service")
-    bytes: int = Field(description="Size of the results")
-    memory: int = Field(description="Memory of the largest run's process, bytes")
-    is_measured: bool = Field(description="Whether the times are measured here for this scenario")
-    warnings: list[str] = Field(description="Doubts about points and constants that are allowed and hardly useful")
-    presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 
 # --- runs -----------------------------------------------------------------------------------------

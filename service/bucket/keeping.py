@@ -1,4 +1,4 @@
-"""The bucket of a data directory, kept in a thread beside the ticks: it may be slow, or away.
+"""The bucket of a data directory.
 
 Its objects are listed round and round, and those that no row names are removed: of attempts that ended between upload
 and commit, of deleted sweeps, and files that no sweep retains. The files on the disk are a cache: beyond its size those
@@ -9,21 +9,19 @@ import logging
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from itertools import groupby
 
 from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS, Artifacts
 from service.files.disk_space import Space
-from service.files.stores import Bucket, FilesAway
+from service.files.stores import Bucket
 from service.queue.clock_watch import ClockWatch
-from service.queue.data_identity import WrongDirectory
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, SHARDS
-from service.queue.scrubbing import Scrubber
-from service.records.jobs import StoreUnavailable
+from service.queue.keepers import Keeper
 from service.settings import Settings
 from service.store import Store
 from service.store.tables import batches
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 
@@ -32,38 +30,26 @@ FILES_AT_ONCE = 1000  # records that are looked at together
 DONE = object()
 
 
-class BucketKeeper:
-    """Removes objects that no row names, limits the cache, and lets the scrubber go on."""
+class BucketKeeper(Keeper):
+    """Removes objects that no row names, and limits the cache; without a bucket it has nothing to do."""
 
-    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, clock: ClockWatch, scrubber: Scrubber):
-        self._store, self._clock, self._artifacts, self._scrubber = store, clock, artifacts, scrubber
+    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, clock: ClockWatch, _timings: Timings):
+        self._store, self._clock, self._artifacts = store, clock, artifacts
         self._space = Space(settings.data, settings.disk_reserve)
         self._grace = settings.retire_seconds
         self._cache = settings.artifacts_cache
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="bucket")
-        self._running: Future[None] | None = None
         self._sweep: Iterator[None] = iter(())  # over the objects
         self._look: Iterator[None] = iter(())  # at the files on the disk
         self._cutoff = 0.0  # seconds since the epoch: files used before it leave the disk
 
     def step(self) -> None:
-        """Do a bounded part of the work, or begin to; called by the leader at some of its ticks."""
-        if self._running is None or self._running.done():
-            assert self._artifacts.bucket is not None
-            self._running = self._thread.submit(self._work, self._artifacts.bucket)
-
-    def _work(self, bucket: Bucket) -> None:
-        """One step; what fails is done at a later one."""
-        try:
-            self._scrubber.step()
-            if next(self._sweep, DONE) is DONE:
-                self._sweep = self._folders(bucket)
-            if next(self._look, DONE) is DONE:
-                self._look = self._pages()
-        except (FilesAway, StoreUnavailable, WrongDirectory) as error:
-            log.warning("%s", error)
-        except Exception:
-            log.exception("the bucket could not be kept")
+        """Look at some of the objects, and at some of the files."""
+        if self._artifacts.bucket is None:
+            return
+        if next(self._sweep, DONE) is DONE:
+            self._sweep = self._folders(self._artifacts.bucket)
+        if next(self._look, DONE) is DONE:
+            self._look = self._pages()
 
     # --- objects ---------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from service.client.progress import showing_progress
+from service.cli.progress import showing_progress
 
 app = typer.Typer()
 COMMANDS = Commands("cases", LOCAL, app, place=3)

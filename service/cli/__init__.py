@@ -1,4 +1,4 @@
 """The command ``whipple``: its commands, their output, and the work that they do without a service.
 
-The top room: it may import every other, and only the package ``whipple`` and ``python -m service`` import it.
+It may import every room below, and only features, the package ``whipple`` and ``python -m service`` import it.
 """

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from service.cli.progress import Show
 from service.cli.signals import EndRequest, handling_end_signals
-from service.client.progress import Show
 from service.execution import engine_of
 from service.files.artifacts import PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding

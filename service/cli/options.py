@@ -10,7 +10,6 @@ from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
-    from service.client.client import Client
     from service.records.jobs import SweepStatus
     from service.settings import Settings
 
@@ -29,11 +28,6 @@ Threads = Annotated[
     ),
 ]
 KeepOption = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
-Url = Annotated[str | None, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service; default a local one.")]
-KeyFile = Annotated[
-    Path | None,
-    typer.Option(help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."),
-]
 SweepFile = Annotated[Path, typer.Argument(metavar="FILE", help="A sweep document (YAML or JSON).")]
 Laws = Annotated[
     list[Path] | None,
@@ -47,11 +41,7 @@ Accuracy = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
-SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
-DatabaseUrl = Annotated[
-    str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
-]
 
 
 def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Plain]:
@@ -64,13 +54,6 @@ def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None
         own = document.get("laws") or []
         document["laws"] = [*own, *map(read_law_file, laws)] if isinstance(own, list) else own
     return document
-
-
-def client_of(url: str | None, key_file: Path | None) -> "Client":
-    """A client with the key of the options; raises InvalidInput."""
-    from service.client.client import Client
-
-    return Client(url, key=None if key_file is None else _key_in(key_file))
 
 
 def settings_of(**options: Path | str | int | None) -> "Settings":
@@ -95,20 +78,6 @@ def folder_of(out: Path) -> Path:
     except OSError as error:
         raise refusal("--out", str(out), "a folder", f"choose another folder: {error.strerror}") from None
     return out
-
-
-def _key_in(file: Path) -> str:
-    """The key in a file; raises InvalidInput, which never shows the content."""
-    limit = "a file with an API key"
-    try:
-        words = file.read_text(encoding="utf-8").split()
-    except (OSError, UnicodeError) as error:
-        cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
-        raise refusal("--key-file", str(file), limit, cure) from None
-    if len(words) != 1 or not words[0].isascii():
-        cure = "write only the secret that `whipple keys create` printed into the file"
-        raise refusal("--key-file", str(file), limit, cure)
-    return words[0]
 
 
 def exit_status(ended: "SweepStatus") -> int:

@@ -139,7 +139,8 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End event streams at once; clients reconnect."""
-        self._app.state.event_streams.close()
+        for end in self._app.state.at_end:
+            end()
         await super().shutdown(sockets)
 
 

@@ -1,5 +1,3 @@
-"""The Python client of a service: sweeps, runs, queue and catalogue; requests that survive lost connections; event
-streams; a cube opened remotely.
-
-Every room may import it (``whipple.Client``); it imports only records and output folders of the service.
+"""The Python client of a service (``whipple.Client``), and the commands that send requests: sweeps, runs, queue and
+catalogue; requests that survive lost connections; event streams; a cube opened remotely.
 """

@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
 import httpx
 
+from service.cli.progress import is_watched, showing_progress
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
-from service.client.html import RunDocument, sweep_table, table
-from service.client.progress import is_watched, showing_progress
 from service.client.remote_cube import open_remote
-from service.client.results import SweepFolder
+from service.client.runs import RunDocument
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
+from service.notebooks.folder import SweepFolder, sweep_table, table
 from service.records.jobs import KEY_VARIABLE, SweepStatus
 from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
@@ -40,7 +40,7 @@ from studies.sweeps.document import read_sweep_file, with_files
 
 if TYPE_CHECKING:
     from studies.cubes.reading import Dataset
-    from studies.reports.notebook import Figures
+    from studies.notebooks.figures import Figures
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
@@ -348,7 +348,7 @@ class SweepHandle:
         A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the
         libraries are not installed.
         """
-        import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
+        import studies.notebooks.figures  # noqa: F401 # its figures: cube.whipple
 
         if self.client.url.startswith(UNIX):
             cure = f"fetch the cube, or set {URL_VARIABLE} and {KEY_VARIABLE}"

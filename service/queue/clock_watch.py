@@ -76,4 +76,4 @@ class ClockWatch:
 
 def _said(history: ClockHistory) -> tuple[object, ...]:
     """What is noted at once when it changes."""
-    return history.segments, history.stop, history.paused
+    return history.offset, history.jumped, history.stop, history.paused

@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
@@ -20,9 +19,9 @@ from service.queue import searching
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
+from service.queue.keepers import keepers_of
 from service.queue.registration import Registrar
 from service.queue.renewal import Expand, Renewer
-from service.queue.scrubbing import Scrubber
 from service.queue.verification import Verification
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.settings import Settings
@@ -30,7 +29,6 @@ from service.store import Store
 from service.workers.attempt import Attempt, Ending, Publication
 from service.workers.timings import Timings
 from solver import PHYSICS_VERSION
-from solver.registry import points
 from studies.runs.results import OTHER_PHYSICS
 
 log = logging.getLogger(__name__)
@@ -39,16 +37,6 @@ MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
 REFUSED = "the engine accepts no work; see the log"
 UNKNOWN = "unknown"  # the store may have the reason of another leader
-
-
-class Keeper(Protocol):
-    """Keeps registered files; features keep those of a bucket, by the entry points ``whipple.service.queue.keepers``.
-
-    It is made of settings, store, artifacts, clock watch and scrubber.
-    """
-
-    def step(self) -> None:
-        """Do a bounded part of the work, or begin to; called at some ticks."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +59,7 @@ class Leader:
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
         clock = ClockWatch(settings, store)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
-        scrubber = Scrubber(settings, store, self._artifacts, timings)
-        makers = [] if self._artifacts.bucket is None else [point.load() for point in points("service.queue.keepers")]
-        # The keeper of a bucket lets the scrubber take its steps.
-        keepers: list[Keeper] = [make(settings, store, self._artifacts, clock, scrubber) for make in makers]
-        self._keepers = keepers or [scrubber]
+        self._keepers = keepers_of(settings, store, self._artifacts, clock, timings)
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()

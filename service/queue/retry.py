@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from service.files.disk_space import Space, names_full_disk
-from service.records.jobs import Cause, CrashCount, Lease
+from service.files.lost_results import TooManyLost
+from service.records.jobs import Cause, CrashCount, Lease, Stored
+from service.store import Store
 from service.workers.attempt import Ending
 from service.workers.timings import DEFAULT, Timings
 
@@ -72,6 +74,14 @@ def excuse_full_disk(ending: Ending, space: Space) -> Ending:
     space.note_full_disk()
     cause = Cause.LOST if space.is_used_up(ending.free) else Cause.CRASH
     return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")
+
+
+def make_again(store: Store, damaged: Stored) -> bool | None:
+    """Have a damaged file made again; False: it no longer counts, None: too many are, for now."""
+    try:
+        return store.publications.mend(damaged, most=MOST_LOST_RESULTS)
+    except TooManyLost:
+        return None
 
 
 @dataclass(frozen=True)

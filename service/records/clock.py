@@ -2,9 +2,9 @@
 
 A thing is deleted by age once it is older than a limit. The clock that stamped it may have been behind, and the one
 that says "now" may be ahead; either way it looks older than it is. What is known is how long the machine has run,
-asleep or awake, and by how much the wall clock moved beside that (``Segment.offset``). While it is ahead of where it
-has been within the limit, or behind where it was then, nothing goes by age. That ends when the clock is back, or once
-the machine has run as long as the limit: by then whatever was stamped before the jump is really that old.
+asleep or awake, and by how much the wall clock moved beside that (``ClockHistory.offset``). While that is not zero, or
+once it was below, nothing goes by age. That ends when a clock that was ahead is back, or once the machine has run as
+long as the limit: by then whatever was stamped before the jump is really that old.
 
 Of a machine that was switched off, or of another one that takes over, only the moment that was seen last is known. An
 earlier moment is a jump back. A later one is a stop, however long; after a long one the clock is believed once the
@@ -23,7 +23,6 @@ HOUR, DAY = 3600.0, 24 * 3600.0
 TOLERANCE = 300.0  # s: time servers make smaller steps, and ages are hours and more
 LONG_STOP = DAY  # s; a shorter stop hides no jump that matters
 SETTLING = DAY  # s of running after a long stop
-MOST_SEGMENTS = 50  # beyond it the two oldest become one
 SHARE = 10  # of what is stored one part in so many goes by age in a day
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 TRUST = "`whipple doctor --trust-clock`"
@@ -37,20 +36,15 @@ class ClockReading(NamedTuple):
     boot: str  # identity of that switching on
 
 
-class Segment(NamedTuple):
-    """A time without a jump."""
-
-    begin: float  # ``ClockHistory.observed`` at its begin
-    offset: float  # seconds that the wall clock is ahead of where it would be without jumps
-
-
 @dataclass(frozen=True)
 class ClockHistory:
     """The jumps of the wall clock that were seen, and what was deleted by age lately."""
 
     reading: ClockReading  # the last one; small steps are left out of it until they add up to a jump
     observed: float = 0.0  # seconds that were seen to pass, over all boots
-    segments: tuple[Segment, ...] = (Segment(0.0, 0.0),)
+    offset: float = 0.0  # seconds that the wall clock is ahead of where it would be without jumps
+    jumped: float | None = None  # ``observed`` at the last jump
+    behind: float | None = None  # ``observed`` at the last jump forward of a clock that was behind
     stop: float | None = None  # ``observed`` at the last long stop
     paused: str | None = None  # why nothing is deleted by age
     gone: Mapping[str, Mapping[str, int]] = field(default_factory=dict)  # by kind and hour of ``observed``
@@ -58,8 +52,7 @@ class ClockHistory:
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> Self:
         """The history that ``as_json`` wrote."""
-        segments = tuple(Segment(*segment) for segment in plain["segments"])
-        return cls(**{**plain, "reading": ClockReading(*plain["reading"]), "segments": segments})
+        return cls(**{**plain, "reading": ClockReading(*plain["reading"])})
 
     def as_json(self) -> dict[str, Any]:
         """The history as plain objects."""
@@ -75,15 +68,13 @@ class ClockHistory:
                 return replace(now._jumped(jump), reading=reading)
             return replace(now, reading=reading._replace(wall=reading.wall - jump))
         now = replace(self, reading=reading, stop=self.observed if passed > LONG_STOP else self.stop)
-        if passed < -TOLERANCE:
-            return now._jumped(passed)
         # A clock that was set back may have been set right meanwhile.
-        behind = max(segment.offset for segment in self.segments) - self.segments[-1].offset
-        return now._jumped(min(passed, behind)) if min(passed, behind) > TOLERANCE else now
+        jump = min(passed, max(0.0, -self.offset))
+        return now._jumped(jump) if abs(jump) > TOLERANCE else now
 
     def trusted(self) -> Self:
         """The history of a clock that a person says is right."""
-        return replace(self, segments=(Segment(self.observed, 0.0),), stop=None, paused=None)
+        return replace(self, offset=0.0, jumped=None, behind=None, stop=None, paused=None)
 
     def with_pause(self, limit: float) -> Self:
         """The history with the reason of ``why_paused``."""
@@ -91,15 +82,16 @@ class ClockHistory:
 
     def why_paused(self, limit: float) -> str | None:
         """The reason why nothing is deleted for being older than ``limit`` seconds; None: it is deleted."""
-        offsets = [segment.offset for segment in self._within(limit)]
-        ahead, behind = offsets[-1] - min(offsets), offsets[0] - offsets[-1]
-        if max(ahead, behind) > TOLERANCE:
-            way = "forward" if ahead > TOLERANCE else "back"
+        if abs(self.offset) > TOLERANCE and self._is_lately(self.jumped, limit):
+            jump = f"jumped {'forward' if self.offset > 0 else 'back'} by {_span(abs(self.offset))}"
             return (
-                f"the clock has jumped {way} by {_span(max(ahead, behind))}; deletion by age goes on once it is back, "
-                f"after {_span(limit)} of running, or at {TRUST}"
+                f"the clock has {jump}; deletion by age goes on once it is back, after {_span(limit)} of running, or "
+                f"at {TRUST}"
             )
-        if self.stop is not None and self.observed - self.stop < SETTLING:
+        if self._is_lately(self.behind, limit):
+            what = "the clock was behind, and what was stored meanwhile looks older than it is"
+            return f"{what}; deletion by age goes on after {_span(limit)} of running, or at {TRUST}"
+        if self._is_lately(self.stop, SETTLING):
             return (
                 f"nothing ran for more than {_span(LONG_STOP)}, or the clock is wrong; deletion by age goes on after "
                 f"{_span(SETTLING)} of running, or at {TRUST}"
@@ -121,20 +113,14 @@ class ClockHistory:
         first = int((self.observed - DAY) // HOUR)
         return {hour: count for hour, count in self.gone.get(kind, {}).items() if int(hour) >= first}
 
-    def _within(self, limit: float) -> tuple[Segment, ...]:
-        """The segments of the last ``limit`` seconds of running; the last one always."""
-        ends = (*(segment.begin for segment in self.segments[1:]), self.observed)
-        begin = self.observed - limit
-        lately = (segment for segment, end in zip(self.segments, ends, strict=True) if end > begin)
-        return tuple(lately) or self.segments[-1:]
+    def _is_lately(self, moment: float | None, limit: float) -> bool:
+        """Whether a moment of ``observed`` is less than ``limit`` seconds of running ago."""
+        return moment is not None and self.observed - moment < limit
 
     def _jumped(self, seconds: float) -> Self:
-        """The history with a new segment."""
-        segments = (*self.segments, Segment(self.observed, self.segments[-1].offset + seconds))
-        if len(segments) > MOST_SEGMENTS:
-            first, second, *later = segments
-            segments = (Segment(first.begin, min(first.offset, second.offset)), *later)
-        return replace(self, segments=segments)
+        """The history after a jump."""
+        behind = self.observed if seconds > 0.0 > self.offset + TOLERANCE else self.behind
+        return replace(self, offset=self.offset + seconds, jumped=self.observed, behind=behind)
 
 
 def read_clocks() -> ClockReading:

@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, TypeVar
 import sqlalchemy as sa
 
 from service.records.jobs import StoreDamaged, StoreUnavailable
-from service.store import owned_bytes
 from service.store.open_file import DatabaseFileLost, OpenFile
 from service.store.tables import CONTROL, REVISION, REVISIONS, TABLES, Query, StatementRow, one_row
 
@@ -182,7 +181,6 @@ class Database:
                 command.upgrade(migrations, "head")
             else:
                 raise self._refusal(present)
-            owned_bytes.install(connection)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""

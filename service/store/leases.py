@@ -28,6 +28,7 @@ from service.store.tables import (
     RESULTS,
     TERMS,
     StatementRow,
+    count_bytes,
     insert_into,
     now,
     sweeps_waiting_for,
@@ -215,3 +216,4 @@ def register_files(connection: sa.Connection, job_id: str, files: Iterable[Store
         same = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
         connection.execute(same.where(ARTIFACTS.c.name.in_(names)))
         connection.execute(ARTIFACTS.insert(), rows)
+        count_bytes(connection, JOBS.c.id == job_id)

@@ -11,7 +11,6 @@ from service.records.clock import ClockHistory, read_clocks
 from service.records.jobs import KEPT_BY, TERMINAL, ExpiredSweep, Keep, Kind, LastAttempt, Scrub, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.owned_bytes import differences, recount
 from service.store.tables import (
     ARTIFACTS,
     CONTROL,
@@ -22,6 +21,7 @@ from service.store.tables import (
     SWEEPS,
     Query,
     batches,
+    count_bytes,
     now,
     stored_record,
 )
@@ -53,6 +53,7 @@ class Retention:
                 here = (ARTIFACTS.c.job_id == job_id) & (ARTIFACTS.c.name == file.name)
                 if connection.execute(ARTIFACTS.delete().where(here, _IS_DROPPED)).rowcount:
                     connection.execute(_keep_less(job_id, file.name))
+                    count_bytes(connection, JOBS.c.id == job_id)
                     dropped.append((job_id, file))
         return tuple(dropped)
 
@@ -64,6 +65,7 @@ class Retention:
                 connection.execute(gone.where(ARTIFACTS.c.name == name))
                 if name in KEPT_BY:
                     connection.execute(_keep_less(job_id, name))
+            count_bytes(connection, JOBS.c.id == job_id)
 
     def forget_runs(self, before: datetime, limit: int) -> int:
         """Forget ended runs whose last sweep was deleted before a moment; return their number.
@@ -107,16 +109,6 @@ class Retention:
             expired[row.id] = ExpiredSweep(row.id, row.name, row.owner, row.finished, size)
             left -= size
         return expired
-
-    def wrong_sums(self) -> Mapping[str, tuple[int, int]]:
-        """Owners whose kept sum of bytes is not that of their files, each with both."""
-        with self._database.reading() as connection:
-            return differences(connection)
-
-    def recount(self) -> None:
-        """Count the bytes of all owners anew."""
-        with self._database.writing() as connection:
-            recount(connection)
 
     def sweeps(self) -> int:
         """Number of sweeps."""

@@ -19,6 +19,7 @@ from service.store.tables import (
     StatementRow,
     batches,
     begins,
+    count_bytes,
     literal,
     now,
     runs_of,
@@ -150,6 +151,7 @@ class Runs:
             if not connection.execute(run.values(**file, summary=dict(summary))).rowcount:
                 return ()
             connection.execute(registered.values(file))
+            count_bytes(connection, JOBS.c.id == id)
             log_event(connection, moment, "remeasured", job_id=id, was=was, sha256=answer.sha256)
             marked = outdate_publications(connection, moment, publication)
             release_publications(connection, moment, publication)

@@ -15,7 +15,6 @@ from service.store.tables import (
     IDEMPOTENCY,
     IS_ACTIVE,
     JOBS,
-    OWNED_BYTES,
     POINTS,
     PUBLISH_PRIORITY,
     SWEEPS,
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 WAIT_SECONDS = 60  # until runs have ended
 DELETE_SECONDS = 3600  # until somebody has deleted a sweep
 BATCH = 1000  # rows inserted by one statement; the specification of a run takes 3 kB
-UNBEGUN = {"attempt": 0, "term": 0, "crashes": 0}  # columns of a job
+UNBEGUN = {"attempt": 0, "term": 0, "crashes": 0, "bytes": 0}  # columns of a job
 
 
 def digest_of(sweep: "Sweep") -> str:
@@ -64,7 +63,7 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
         return
     under_way = sa.select(sa.func.count()).where(IS_ACTIVE, JOBS.c.owner == owner)
     sweeps, runs = (under_way.where(JOBS.c.kind == literal(kind)) for kind in (Kind.PUBLISH, Kind.RUN))
-    files = sa.select(OWNED_BYTES.c.bytes).where(OWNED_BYTES.c.owner == owner)
+    files = sa.select(sa.func.sum(JOBS.c.bytes)).where(JOBS.c.owner == owner, JOBS.c.abandoned.is_(None))
     counts = sa.select(*(query.scalar_subquery() for query in (sweeps, runs, files)))
     has = [int(number or 0) for number in connection.execute(counts).one()]
     text = f"{owner} has "

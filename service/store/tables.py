@@ -107,6 +107,7 @@ JOBS = sa.Table(
     sa.Column("path", sa.Text),
     sa.Column("size", sa.BigInteger),
     sa.Column("sha256", sa.String(64)),
+    sa.Column("bytes", sa.BigInteger, nullable=False),  # of all its files: see ``count_bytes``
     sa.Column("seconds", sa.Float),  # of the attempt, wall clock
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("queued", UtcTime, nullable=False),
@@ -142,6 +143,7 @@ def _index(name: str, where: sa.ColumnElement[bool], *columns: str) -> None:
 _index("jobs_queue", IS_QUEUED, "priority", "owner", "virtual_time", "ordinal")
 _index("jobs_active", IS_ACTIVE, "state", "kind", "owner", "queued")
 _index("jobs_abandoned", JOBS.c.abandoned.is_not(None), "abandoned")
+_index("jobs_owned", JOBS.c.abandoned.is_(None), "owner", "bytes")
 _index("jobs_published", JOBS.c.sweep_id.is_not(None), "finished")
 
 POINTS = sa.Table(
@@ -284,14 +286,6 @@ RESULTS = sa.Table(
     sa.Column("cost", sa.Float, nullable=False),  # estimated core seconds
 )
 
-# The bytes of the files of each owner's jobs: kept by ``owned_bytes``.
-OWNED_BYTES = sa.Table(
-    "owned_bytes",
-    TABLES,
-    sa.Column("owner", sa.Text, primary_key=True),
-    sa.Column("bytes", sa.BigInteger, nullable=False),
-)
-
 # --- expressions -------------------------------------------------------------------------------
 
 PUBLICATIONS = JOBS.alias("publications")
@@ -327,6 +321,12 @@ def insert_into(connection: sa.Connection, table: sa.Table) -> "sqlite.Insert | 
 def invalidate_tallies(connection: sa.Connection, points: int) -> None:
     """Note that so many points that had ended are unfinished again: see ``time_left.Tallies``."""
     connection.execute(CONTROL.update().values(cache_generation=CONTROL.c.cache_generation + points))
+
+
+def count_bytes(connection: sa.Connection, which: sa.ColumnElement[bool]) -> None:
+    """Note the bytes of the files of those jobs, after some were registered or unregistered."""
+    size = sa.select(sa.func.coalesce(sa.func.sum(ARTIFACTS.c.size), 0)).where(ARTIFACTS.c.job_id == JOBS.c.id)
+    connection.execute(JOBS.update().where(which).values(bytes=size.correlate(JOBS).scalar_subquery()))
 
 
 def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:

@@ -221,6 +221,7 @@ def retry(
     without_result = sa.select(JOBS.c.id).where(again, sa.not_(HAS_RESULT))
     connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(without_result)))
     queue = _queued(JOBS.update().where(again), moment).values(crashes=0, crash_step=None)
+    queue = queue.values(bytes=sa.case((HAS_RESULT, JOBS.c.bytes), else_=0))
     count = connection.execute(queue.values(priority=priority, owner=owner, virtual_time=LAST)).rowcount
     invalidate_tallies(connection, count)
     less = JOBS.update().where(JOBS.c.id.in_(own), JOBS.c.keep.not_in(at_least(keep)))
@@ -247,7 +248,7 @@ _FORGET = (
     .where(sa.or_(*(JOBS.c.state == state for state in TERMINAL)))
     .values(state=State.FAILED, cause=Cause.ERROR, failure=RESULT_LOST, reason=LOST_REASON)
     .values(dict.fromkeys(("path", "size", "sha256", "summary", "seconds"), sa.null()))
-    .values(crashes=JOBS.c.crashes + 1, crash_step=None)
+    .values(crashes=JOBS.c.crashes + 1, crash_step=None, bytes=0)
 )
 
 

@@ -26,8 +26,8 @@ from studies.scenarios.parts.shot import Plate, Shot, TargetName
 if TYPE_CHECKING:
     from solver.state import Snapshot
     from studies.debris.cloud import CloudView
-    from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.sections.section import SectionOptions
 
 # Distance that the projectile would have travelled at the end, in its diameters: 8 mm, 6.6 km/s and 9 us in Ma (2005),
 # section 3.1.2.
@@ -123,8 +123,8 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
     def sections(self, setting: CloudSetting) -> "SectionOptions":
-        from studies.films.radiograph import PIXELS
-        from studies.films.section import SectionOptions
+        from studies.sections.radiograph import PIXELS
+        from studies.sections.section import SectionOptions
 
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(

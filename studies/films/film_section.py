@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from xarray import Dataset
 
-from studies.films.section import Section, Sections
+from studies.sections.section import Section, Sections
 
 
 def sections_of(film: Dataset) -> Sections:

@@ -20,8 +20,6 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, plain, refinements_of, simulated_values
 from studies.cubes.variable import variable_name
-from studies.films.radiograph import AREAL_DENSITY, Radiograph
-from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.pictures.section import DrawnSetUp, PicturedRun, Pictures
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed
 from studies.quantities.parameters import Value, declared
@@ -29,6 +27,8 @@ from studies.quantities.units import readable
 from studies.reports.picture import Frame, Length, Picture, rounded_up
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
+from studies.sections.radiograph import AREAL_DENSITY, Radiograph
+from studies.sections.section import END, FIELDS, Section, Sections, read_sections
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.

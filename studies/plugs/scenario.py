@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from solver.matter.laws import Matter
     from solver.problem import Body
     from solver.state import Snapshot
-    from studies.films.section import SectionOptions
     from studies.materials import Material
     from studies.plugs.plug import PlugView
+    from studies.sections.section import SectionOptions
 
 RADIUS = 12.5  # of the plate, in projectile diameters: 500 mm for 20 mm, Borvik et al. (1999), as recalled
 CONE = 1.0  # default length of a conical nose, in projectile diameters
@@ -399,7 +399,7 @@ class Plugging(SetUp[ImpactSetting, "PlugView"]):
         return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
 
     def sections(self, setting: ImpactSetting) -> "SectionOptions":
-        from studies.films.section import SectionOptions
+        from studies.sections.section import SectionOptions
 
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * self.projectile_diameter)

@@ -26,15 +26,14 @@ from solver.checkpoints import (
 from solver.errors import WhippleError
 from solver.jit import software
 from solver.problem import Problem
+from solver.registry import points
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from solver.state import MASS, Snapshot
 from studies import scenarios
-from studies.films.film import Film
-from studies.films.section import SectionRecorder
 from studies.measurements import distributions
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
-from studies.runs.observer import RunObserver
+from studies.runs.observer import FilmRecorder, RunObserver
 from studies.runs.results import (
     NO_CONTROL,
     OTHER_PHYSICS,
@@ -48,6 +47,7 @@ from studies.runs.run import Run
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
+from studies.sections.section import SectionRecorder
 
 # Flagged, not failed. The hottest 0.1 % of the particles of resolved perforations hold 1 to 6 % of the internal energy
 # at the end (case ``energy``); half of it means that single particles have run away.
@@ -132,10 +132,13 @@ def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *,
     return RunObserver(scenario, run.set_up, setting, report, frames)
 
 
-def film_of(run: Run, setting: Setting) -> Film:
-    """The film of a stage: the one that a run keeps is that of its last."""
+def film_of(run: Run, setting: Setting) -> FilmRecorder | None:
+    """The film of a stage: the one that a run keeps is that of its last. None where no feature makes films."""
     interval = run.parameters.get("film_interval")
-    return Film(setting.problem, interval=interval)  # type: ignore[arg-type]
+    for point in points("studies.runs.films"):
+        film: type[FilmRecorder] = point.load()
+        return film(setting.problem, interval=interval)  # type: ignore[arg-type]
+    return None
 
 
 def provenance() -> dict[str, str | float]:

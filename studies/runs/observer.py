@@ -5,25 +5,44 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 
+from solver.problem import Problem
+from solver.simulation import Recorder
 from solver.state import Snapshot
 from studies import measurements
-from studies.films.film import Film
-from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
 from studies.quantities.measured import CLOSED_ON_AXIS, STILL_COMING, Measured
 from studies.quantities.parameters import flat
 from studies.runs.results import Progress, as_measured
 from studies.scenarios import Scenario, Setting, SetUp
+from studies.sections.section import SectionRecorder
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
 LEAST_SHARE = 0.02
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.
 SETTLED_IN_CELLS = 0.25
+
+
+class FilmRecorder(Recorder, Protocol):
+    """Keeps frames of a run; a feature offers one by the entry points ``whipple.studies.runs.films``.
+
+    It is made of a problem and the interval (s) between two frames, None for its own.
+    """
+
+    times: list[float]  # of the frames so far, s
+
+    def __init__(self, problem: Problem, *, interval: float | None = None): ...
+
+    def save(self, path: Path, *, compressed: bool = False) -> None:
+        """Write the film: whole, or not at all."""
+
+    def resume(self, path: Path, frames: int) -> None:
+        """Continue after the first ``frames`` of a saved film, or begin here where they are lost."""
 
 
 @dataclass
@@ -34,7 +53,7 @@ class RunObserver:
     parameters: SetUp
     setting: Setting
     report: Callable[[Progress], object] | None
-    film: Film | None = None
+    film: FilmRecorder | None = None
     sections: SectionRecorder | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
@@ -52,7 +71,7 @@ class RunObserver:
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]
 
-    def begin(self, setting: Setting, film: Film | None = None) -> None:
+    def begin(self, setting: Setting, film: FilmRecorder | None = None) -> None:
         """Observe the next stage from here on."""
         self.setting, self.film = setting, film or self.film
         self.rate = self.parameters.rate(setting)

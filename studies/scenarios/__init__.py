@@ -24,8 +24,8 @@ from studies.scenarios.parts.outline import Outline
 if TYPE_CHECKING:
     from solver.simulation import Outcome
     from solver.state import Snapshot
-    from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.sections.section import SectionOptions
 
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
 
@@ -127,7 +127,7 @@ class SetUp(ABC, Generic[StageSetting, View]):
 
     def sections(self, setting: StageSetting) -> "SectionOptions":
         """The times at which sections are kept, beside the end."""
-        from studies.films.section import SectionOptions
+        from studies.sections.section import SectionOptions
 
         return SectionOptions()
 

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from solver.problem import Problem
     from solver.simulation import Outcome
     from solver.state import Snapshot
-    from studies.films.section import SectionOptions
     from studies.materials import Material
+    from studies.sections.section import SectionOptions
     from studies.shields.measurements.shield import ShieldView
 
 # Of the impact speed: what its own pressure may still add to the speed of a piece that leaves the bumper's grid. It
@@ -526,7 +526,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
     def sections(self, setting: ShieldSetting) -> "SectionOptions":
-        from studies.films.section import SectionOptions
+        from studies.sections.section import SectionOptions
 
         return SectionOptions() if setting.before else super().sections(setting)
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from service.cli.commands.computing import DEMO
+from service.demo.commands import DEMO
 from solver.jit import Bound
 from solver.problem.geometry import grid
 from solver.simulation import Simulation, simulate, start

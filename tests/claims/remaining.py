@@ -61,8 +61,8 @@ def served() -> str:
             for _ in range(SECONDS):
                 assert service.poll() is None, "the service ended"
                 try:
-                    with urllib.request.urlopen(f"http://127.0.0.1:{port}/v1/scenarios", timeout=5.0) as answer:
-                        assert b"thin_plate" in answer.read()
+                    with urllib.request.urlopen(f"http://127.0.0.1:{port}/v1/sweeps", timeout=5.0) as answer:
+                        assert b"next_cursor" in answer.read()
                         return f"status {answer.status}"
                 except OSError:
                     time.sleep(1.0)

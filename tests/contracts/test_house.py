@@ -4,7 +4,6 @@ Layers, circles of imports and the spine without features are contracts of impor
 """
 
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -13,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from studies.answers import examples
 from tests.claims.rows import at_most, equal
 from tests.contracts.features import ROOT, features
 from tests.contracts.test_way import SWEEP
@@ -26,7 +24,6 @@ MOST_OF_SPINE = 45_000  # lines of Python in the product without the features
 MOST_OF_TESTS = 34_000  # lines of Python in tests/, but for the physics of tests/cases
 MOST_WORDS = 45_000  # words of Markdown in docs/ and at the top
 READY, CACHED = 1.0, 2.0  # s
-ANSWER, SHEET = 1.0, 3.0  # s of processor time
 
 
 def in_git(*patterns: str) -> Iterator[Path]:
@@ -85,18 +82,3 @@ def test_start__is_quick(tmp_path: Path, compared: Callable[..., None]) -> None:
         compared(at_most("whipple serve until it is ready (s)", limit=READY, got=time.perf_counter() - begin))
     swept("first")
     compared(at_most("whipple sweep of a run that is there (s)", limit=CACHED, got=swept("again", "--overwrite")))
-
-
-@pytest.mark.claim("house", "starts", minutes=0.2)
-def test_answer__about_a_shield_is_quick(tmp_path: Path, compared: Callable[..., None]) -> None:
-    """What equations and shots say of a shield takes a second of processor time, and its sheet of one page three."""
-
-    def spent() -> float:
-        used = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return used.ru_utime + used.ru_stime
-
-    for options, limit in (((), ANSWER), (("--out", str(tmp_path / "shield.html")), SHEET)):
-        before = spent()
-        command = [sys.executable, "-m", "service", "laws", "--at", str(examples()[0]), *options]
-        subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-        compared(at_most(f"whipple laws --at shield.yaml {' '.join(options[:1])}", limit=limit, got=spent() - before))

@@ -43,7 +43,7 @@ LISTED = re.compile(r"^\d+\. `((?:service|studies)/[\w/]+\.py)`", re.MULTILINE)
 # Rooms that help everywhere, what is around every request, what commands of the store are made of, and what keeps
 # pictures of a run: no cube has them.
 HELPERS = re.compile(
-    r"service/(records|files|cli)/.*|studies/(films|quantities)/.*"
+    r"service/(records|files|cli|maintenance|monitoring)/.*|studies/(films|quantities|sections)/.*"
     r"|service/api/(access|middleware|turns)\.py|service/store/(connection|events|statements|submission)\.py"
 )
 TRACE = "WHIPPLE_WAY"  # environment: file to which a child process adds the files on its stack

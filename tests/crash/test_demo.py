@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import whipple
-from service.cli.commands.computing import DEMO
+from service.demo.commands import DEMO
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples

@@ -19,7 +19,6 @@ import pytest
 from service.queue import data_identity as identity
 from service.records.jobs import Scope, Scrub
 from service.settings import Settings
-from service.store import Store
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, at_most, equal, reported
 from tests.service.support import history
@@ -62,8 +61,6 @@ def test_service__with_much_history_costs_what_a_new_one_does(tmp_path: Path, co
         compared(_listing(data, state))
         with closing(sqlite3.connect(data / "whipple.db")) as other:
             other.execute("ANALYZE")
-    with closing(open_store(settings)) as store:
-        compared(_row_of_sums(store))
 
 
 def _figures(service: Service, keys: tuple[str, str], number: int, state: str) -> Iterator[Row]:
@@ -85,10 +82,6 @@ def _figures(service: Service, keys: tuple[str, str], number: int, state: str) -
     yield reported(f"{state}: the slowest of {len(submitting)}, the first of the service (s)", max(submitting))
     yield at_most(f"{state}: /metrics (s)", limit=METRICS, got=statistics.median(reading))
     yield at_most(f"{state}: idle (cores)", limit=IDLE, got=_idle(service.pid))
-
-
-def _row_of_sums(store: Store) -> Row:
-    return equal("owners whose sums are not those of their files", expected={}, got=store.retention.wrong_sums())
 
 
 def _timed(seconds: list[float], ask: Callable[[], httpx.Response]) -> httpx.Response:

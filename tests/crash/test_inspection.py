@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.api.app import CACHE
+from service.conversions.routes import CACHE
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Lease, Submission
 from service.store import Store

@@ -12,8 +12,9 @@ import psutil
 import pytest
 from fastapi.sse import EventSourceResponse
 
-from service.api import conversions, reading
+from service.api import reading
 from service.api.turns import PROBES
+from service.conversions import conversions
 from service.records.jobs import Keep, Scope
 from studies import observations
 from tests.claims.marked import Compared

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import JsonValue
 
 from solver.registry import entries
@@ -29,6 +29,8 @@ class Routes:
     open: tuple[APIRouter, ...] = ()  # for callers without a key
     files: Mapping[str, Path] = field(default_factory=dict)  # folders of files for everyone, by address
     problem_page: ProblemPage | None = None  # shows a problem document to a browser
+    # Called with the service while it is built: adds middleware around that of the spine, or parts of its ``state``.
+    prepare: Callable[[FastAPI], None] | None = None
 
 
 @cache

@@ -1,14 +1,13 @@
-"""What an operator looks at: liveness, readiness, version, metrics, and the queue as a whole."""
+"""What an operator looks at: liveness, readiness, version, and the queue as a whole."""
 
 import platform
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from service import version
 from service.api.access import Administrator
 from service.api.dependencies import AppReadiness, AppStore
-from service.api.metrics import CONTENT_TYPE, Metrics
 from service.api.routes import Routes
 from service.api.schemas import Health, QueueModel, Readiness, VersionModel
 from service.api.turns import in_waiting_thread
@@ -37,20 +36,11 @@ def show_version() -> VersionModel:
     return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
 
 
-@guarded_router.get(
-    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
-)
-async def show_metrics(request: Request) -> Response:
-    """Metrics for Prometheus: runs by state, queue, attempts, requests."""
-    metrics: Metrics = request.app.state.metrics
-    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)
-
-
 @guarded_router.get("/v1/queue")
 async def show_queue(request: Request, store: AppStore, readiness: AppReadiness) -> QueueModel:
     """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
 
-    Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
+    The reason is that of `/readyz`.
     """
     problem = await in_waiting_thread(request, readiness.problem)
     return QueueModel.of(await run_in_threadpool(store.queue.status), None if problem is None else str(problem))

@@ -1,25 +1,22 @@
 """Runs: one simulation each, with its log and its files."""
 
 from pathlib import Path as FilePath
-from typing import Annotated, Literal
+from typing import Annotated
 
-from fastapi import APIRouter, Path, Query, Request, Response
+from fastapi import APIRouter, Path, Request, Response
 from pydantic_core import to_jsonable_python
 from starlette.concurrency import run_in_threadpool
 
 from service.api.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
-from service.api.downloads import Download, RangedFile, is_range, media_type_of, send_file, send_made, serves
+from service.api.downloads import Download, RangedFile, is_range, media_type_of, send_file, serves
 from service.api.routes import Routes
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
-from service.records.jobs import VIEWS, NotFound, State, Stored
+from service.records.jobs import NotFound, State, Stored
 from service.store import Store
-from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
 ROUTES = Routes("runs", 30, guarded=(router,))
-
-FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 
 
 @router.get("")
@@ -52,49 +49,6 @@ async def download_file(
     stored = await run_in_threadpool(store.runs.file, id, name)
     path, filename = artifacts.path(stored), f"{id}-{stored.name}"
     return await send_file(request, Download(path, filename, stored.sha256, is_attachment=True, registered=stored))
-
-
-@serves(
-    router,
-    f"/{{id}}/{VTK}",
-    (VTK,),
-    "Film and final state for ParaView and other readers of VTK (`film.pvd`, `state.vtu`), with units and times; what "
-    "is in it follows from the retention of the run",
-)
-async def download_vtk(id: RunId, request: Request, store: AppStore) -> Response:
-    files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
-    if not {STATE, FILM} & set(files):
-        raise NotFound("file", f"{id}/{STATE}")
-    sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
-    return await send_made(request, VTK, sources, f"{id}-{VTK}", is_attachment=True)
-
-
-@serves(
-    router,
-    "/{id}/film.gif",
-    ("film.gif",),
-    "The film of a run that kept it, as an animation: one section, coloured by a field",
-)
-async def download_animation(
-    id: RunId,
-    request: Request,
-    store: AppStore,
-    field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
-) -> Response:
-    film = await run_in_threadpool(store.runs.file, id, FILM)
-    return await send_made(request, "gif", [film], f"{id}-film.gif", field=field)
-
-
-@router.get("/{id}/views/{view}", include_in_schema=False)
-async def download_view(id: RunId, request: Request, store: AppStore, view: str) -> Response:
-    """What the page of a run draws, packed (``studies.films.packed``)."""
-    files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
-    source = next((files[name] for name in VIEWS.get(view, ()) if name in files), None)
-    if source is None:
-        raise NotFound("view", f"{id}/{view[:80]}")
-    run = await run_in_threadpool(store.runs.spec, id)
-    headers = {"Content-Encoding": "gzip"}
-    return await send_made(request, f"{view}.view", [source], f"{id}-{view}", headers=headers, run=run)
 
 
 @serves(

@@ -1,11 +1,10 @@
-"""Sweeps: submit, estimate, show, change, cancel, retry, delete."""
+"""Sweeps: submit, show, change, cancel, retry, delete."""
 
 from dataclasses import replace
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import JsonValue
-from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Submitter
 from service.api.dependencies import (
@@ -28,23 +27,13 @@ from service.api.dependencies import (
     submitting,
 )
 from service.api.readiness import check_directory
-from service.api.reading import EstimatedSweep, estimated, expanded
+from service.api.reading import expanded
 from service.api.routes import Routes
-from service.api.schemas import (
-    AcceptedSweepModel,
-    EstimateModel,
-    PageOf,
-    PointModel,
-    PresetModel,
-    SweepChange,
-    SweepModel,
-    example_sweeps,
-)
+from service.api.schemas import AcceptedSweepModel, PageOf, PointModel, SweepChange, SweepModel, example_sweeps
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, Keep, State, SweepState
 from service.store import Store
 from studies.quantities.parameters import Plain
-from studies.sweeps.cost import OF_SWEEP
 
 submitting_router = APIRouter(prefix="/v1/sweeps", tags=["submit"])
 router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
@@ -110,41 +99,6 @@ async def submit_sweep(
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
-
-
-@submitting_router.post("/estimate", openapi_extra=SWEEP_BODY)
-async def estimate_sweep(request: Request, posted: PostedDocument) -> EstimateModel:
-    """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
-
-    Times are those that this service measured for runs of the same scenario, if there are any. Of many points, some
-    are drawn evenly and stand for all; the submission checks each.
-    """
-    return await run_in_threadpool(priced, request, await in_child(request, estimated, posted))
-
-
-def priced(request: Request, sweep: EstimatedSweep) -> EstimateModel:
-    """The cost of a sweep with what this service has computed and measured."""
-    store: Store = request.app.state.store
-    runs = sweep.cost.priced
-    existing = store.runs.known(run.id for run in runs)
-    new = [run for run in runs if run.id not in existing]
-    measured_rate = store.runs.measured_rate(sweep.scenario)
-    rate = 1.0 if measured_rate is None else measured_rate
-    cost = sweep.cost.of(new)
-    workers = request.app.state.engine.workers() or request.app.state.settings.workers
-    new_runs = round(sum(run.share for run in new))
-    return EstimateModel(
-        runs=sweep.cost.runs,
-        looked_at=sweep.cost.looked_at,
-        reused=round(sum(run.share for run in runs if run.id in existing)),
-        core_seconds=cost.core_seconds * rate + OF_SWEEP.core_seconds,
-        seconds=cost.core_seconds * rate / max(1, min(workers, new_runs)) + OF_SWEEP.core_seconds,
-        bytes=cost.bytes + OF_SWEEP.bytes,
-        memory=cost.memory,
-        is_measured=measured_rate is not None,
-        warnings=sweep.warnings,
-        presets=[PresetModel.of(preset, rate) for preset in sweep.presets],
-    )
 
 
 @router.get("")

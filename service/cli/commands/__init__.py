@@ -4,7 +4,9 @@ To add one: a function in one of these with ``@app.command()``; heavy modules ar
 offers its own through the entry-point group ``whipple.service.cli.commands``.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from typer import Typer
 
@@ -26,3 +28,4 @@ class Commands:
     panel: str  # one of PANELS
     app: Typer
     place: int = 0  # in the panel: smaller is further up
+    demo: Callable[[Path], None] | None = None  # what `whipple demo` does first, with its folder

@@ -1,23 +1,18 @@
-"""Sweeps on this machine, without a service; estimates; the examples that ship."""
+"""Sweeps on this machine, without a service."""
 
 import json
-import subprocess
-import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import typer
 
 from service.cli.commands import LOCAL, Commands
-from service.cli.commands.answering import print_examples
-from service.cli.console import print_json, print_warnings, say
+from service.cli.console import print_warnings
 from service.cli.options import (
     Accuracy,
     EveryColumn,
-    Json,
     KeepOption,
     Laws,
     Out,
@@ -29,60 +24,17 @@ from service.cli.options import (
     folder_of,
     settings_of,
 )
-from service.client.progress import showing_progress
-from solver.errors import WhippleError
-from studies.quantities.display import duration
-from studies.quantities.files import write_text
-from studies.quantities.findings import refusal
+from service.cli.progress import showing_progress
 from studies.quantities.parameters import Plain
-from studies.sweeps import examples
-from studies.sweeps.document import read_yaml
 
 if TYPE_CHECKING:
     from service.cli.local import Finished
     from service.workers.warm import WarmProcess
-    from studies.sweeps.cost import Cost, PresetCost
 
 app = typer.Typer()
 COMMANDS = Commands("computing", LOCAL, app)
 
-Examples = Annotated[
-    list[str] | None, typer.Argument(metavar="[EXAMPLE ...]", help="Examples that ship; by default holes and craters.")
-]
-EveryExample = Annotated[bool, typer.Option("--all", help="Every example that ships.")]
-
 PUBLICATION = ("studies.reports.publish", "studies.reports.page")
-DEMO = ("holes", "craters")  # which share their kernels
-KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
-
-
-@app.command()
-def demo(
-    names: Examples = None,
-    out: Out = Path("demo"),
-    threads: Threads = None,
-    every_example: EveryExample = False,
-    warm: Annotated[
-        bool,
-        typer.Option("--warm", help="Only compile the kernels of the examples, with both recipes, into the cache."),
-    ] = False,
-) -> None:
-    """Answer the questions that ship, and compute example sweeps: holes and craters, or those that are named."""
-    from service.cli.local import STORE_OF_FOLDER, run_sweeps
-
-    begin = time.perf_counter()
-    chosen = examples.names() if every_example or (warm and not names) else names or DEMO
-    documents = {name: read_yaml(examples.text(name), name) for name in chosen}
-    if warm:
-        _compile_kernels([*documents.values()], begin)
-        return
-    folder = folder_of(out)
-    print_examples(folder)
-    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-    sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
-    statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]
-    print(f"wall time: {time.perf_counter() - begin:.1f} s")
-    raise typer.Exit(max(statuses))
 
 
 @app.command()
@@ -115,97 +67,6 @@ def sweep(
     raise typer.Exit(status)
 
 
-@app.command("continue")
-def continue_growing(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of `whipple sweep --out`.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Write the sweep (JSON), to submit it to a service."),
-    ] = None,
-    threads: Threads = None,
-    keep: KeepOption = "final",
-    every_column: EveryColumn = False,
-) -> None:
-    """Compute the runs of a folder that were still growing at their latest end anew, with twice that end.
-
-    All other runs are kept, and cube and report are made again. Nothing goes on from a checkpoint: none is kept of a
-    run that has ended, and the latest end is part of what a run is. Repeated, it doubles the ends that were too early.
-    """
-    from service.cli.local import STORE_OF_FOLDER
-    from studies.cubes.growing import with_later_ends
-
-    if output is None and not (folder / STORE_OF_FOLDER).is_dir():
-        cure = "give the folder of a sweep that was computed on this machine; --output FILE is for those of a service"
-        raise refusal("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)
-    sweep, points = with_later_ends(folder)
-    if not points:
-        print(f"{sweep.name}: no run was still growing at its latest end")
-        return
-    print(f"{sweep.name}: {points} points get twice their latest end", flush=True)
-    if output is not None:
-        write_text(output, json.dumps(sweep.document(), indent=1, ensure_ascii=False) + "\n")
-        print(f"written: {output}; compute it with: whipple submit {output}")
-        return
-    raise typer.Exit(
-        compute(sweep.document(), sweep.name, folder, threads=threads, keep=keep, every_column=every_column)
-    )
-
-
-@app.command()
-def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) -> None:
-    """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
-    from service.settings import Settings
-    from studies.sweeps.cost import cost_of, presets_of
-    from studies.sweeps.reading import SweepLimits
-    from studies.sweeps.sweep import Sweep
-
-    limit = Settings().max_runs
-    sweep = Sweep.parse(document_of(file, accuracy=accuracy), SweepLimits(max_runs=limit))
-    cost, presets = cost_of(sweep), list(presets_of(sweep, limit))
-    if as_json:
-        print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(preset) for preset in presets]})
-    else:
-        _print_cost(sweep.name, cost, presets)
-    print_warnings(sweep)
-
-
-def _print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
-    """The cost of a sweep, as it is and at each accuracy."""
-    from studies.sweeps.accuracy import in_percent
-
-    say(f"{name}: {_cost(cost)}")
-    for preset in presets:
-        text = f"not available: {preset.reason}"
-        if preset.cost and preset.cells:
-            fewest, most = preset.cells
-            cells = f"{fewest:g} cells" if fewest == most else f"{fewest:g} to {most:g} cells"
-            text = f"{cells} across the diameter: {_cost(preset.cost)}"
-        say(f"  accuracy: {in_percent(preset.error)} ({preset.name})".ljust(28) + text)
-
-
-def _cost(cost: "Cost") -> str:
-    time, size = duration(cost.core_seconds), cost.bytes / 1e6
-    memory = f"{cost.memory / 1e6:.0f} MB of memory a run"
-    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
-
-
-def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> None:
-    """Compile the kernels of sweeps, with both recipes, before the first run needs them."""
-    thesis = [
-        {**document, "fixed": {**fixed, "recipe": "thesis"}}
-        for document in documents
-        if isinstance(fixed := document.get("fixed", {}), Mapping)
-    ]
-    # In a child process, because this one never loads the solver.
-    child = subprocess.run(
-        [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
-    )
-    if child.returncode:
-        raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
-    seconds = time.perf_counter() - begin
-    print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
-
-
 class RunOptions(TypedDict, total=False):
     """Options of ``service.cli.local.run_sweep``."""
 
@@ -225,10 +86,10 @@ def compute(
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
-    return _say_outcome(name, finished, begin)
+    return say_outcome(name, finished, begin)
 
 
-def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
+def say_outcome(name: str, finished: "Finished", begin: float) -> int:
     """Print what became of a sweep since a time of the counter of seconds, and return the exit status."""
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)

@@ -18,7 +18,7 @@ from starlette.concurrency import run_in_threadpool
 from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
-from service.api.routes.sweeps import priced
+from service.estimates.routes import priced
 from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
 from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, asked
 from service.pages.page_routes import PageRoutes

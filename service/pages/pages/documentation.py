@@ -13,7 +13,7 @@ from pydantic import JsonValue
 from service.api.access import known_caller
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
 from service.api.once import built_once
-from service.api.routes.openapi import TAGS
+from service.openapi.routes import TAGS
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page, rendered
 

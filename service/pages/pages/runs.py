@@ -18,6 +18,7 @@ from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunI
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
+from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart, ChartLine
 from service.pages.computed import alone
@@ -94,8 +95,8 @@ def show_run(
         measured=list(_measured(run, spec["parameters"])),
         so_far=list(_so_far(run, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
-        views=[view for view, sources in VIEWS.items() if names & {*sources}],
-        has_film=FILM in names,
+        views=[view for view, sources in VIEWS.items() if names & {*sources} and f"{view}.view" in makers()],
+        has_film=FILM in names and "gif" in makers(),
         may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
         has_radiograph=_has_radiograph(artifacts, files, spec["parameters"]),
         parameters=list(_parameters(run.scenario, spec["parameters"], _asked(store, places))),

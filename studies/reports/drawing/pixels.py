@@ -12,10 +12,10 @@ from matplotlib.colors import Colormap, Normalize
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from studies.films.radiograph import Radiograph
-from studies.films.section import Section, Sections
 from studies.reports.drawing.canvas import GREY
 from studies.reports.picture import Frame
+from studies.sections.radiograph import Radiograph
+from studies.sections.section import Section, Sections
 
 # A gap that is narrower than twice this, in widths of a particle, is closed: particles of whole matter are drawn apart
 # by that much before the grid no longer joins them. The outer edge of matter stays half a width from its particles.

@@ -13,12 +13,12 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.films.radiograph import AREAL_DENSITY
-from studies.films.section import read_sections
 from studies.quantities.display import digits, display_of, elapsed, printed
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
 from studies.reports.picture import Frame, Picture, rounded_up
+from studies.sections.radiograph import AREAL_DENSITY
+from studies.sections.section import read_sections
 
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run

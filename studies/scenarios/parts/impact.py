@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from solver.matter.laws import Matter
     from solver.problem import Absorber, Body
     from solver.state import Snapshot
-    from studies.films.section import SectionOptions
     from studies.materials import Material
     from studies.measurements.impact.view import ImpactView
+    from studies.sections.section import SectionOptions
 
 SOUND_SPEED = 5000.0  # m/s, in the estimate of the number of steps
 
@@ -373,7 +373,7 @@ class ImpactSetUp(SetUp[ImpactStage, View]):
 
     def sections(self, setting: ImpactStage) -> "SectionOptions":
         """Pictures while the projectile goes through, and when its debris is about to leave."""
-        from studies.films.section import SectionOptions
+        from studies.sections.section import SectionOptions
 
         shot = self.impact.shot
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)

@@ -45,7 +45,7 @@ def test_head__is_what_get_says_without_its_body(api: Api, compared: Compared) -
             assert head.content == b""
             if path == ENDLESS:
                 assert head.headers["content-type"].startswith("text/event-stream")
-                wait_until(lambda: streams.open == 0)  # no stream goes on for nobody
+                wait_until(lambda: streams.opened.total() == 0)  # no stream goes on for nobody
                 continue
             compared(equal(path, expected=said(http.get(path)), got=said(head)))
         for path in ("/v1/sweeps/0", "/v1/sweeps/0/cancel", "/nowhere"):

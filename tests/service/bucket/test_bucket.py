@@ -18,15 +18,16 @@ from fsspec.implementations.memory import MemoryFileSystem
 from service.api.app import build_app
 from service.bucket.bucket import ObjectBucket
 from service.bucket.keeping import HOUR, BucketKeeper
-from service.cli.backup import back_up
-from service.cli.doctor import CheckStatus, check_bucket
 from service.files.artifacts import Artifacts
 from service.files.stores import FilesAway
+from service.maintenance.backup import back_up
+from service.maintenance.doctor import CheckStatus, check_bucket
 from service.queue import data_identity as identity
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
+from service.workers.timings import DEFAULT
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.attempts import published
@@ -62,7 +63,7 @@ def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
     clock = ClockWatch(chosen, harness.store)
-    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, clock, harness.scrubber())
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, clock, DEFAULT)
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 

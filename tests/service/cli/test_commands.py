@@ -133,27 +133,3 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         assert "report.html" in output
         assert "\n  Use the law; simulation only.\n" in output
         assert end in output
-
-
-@pytest.mark.parametrize(
-    ("kind", "name", "words"),
-    [
-        ("materials", "copper-ofhc", ["8930 kg m-3", "Steinberg (1996)", "strength.A", "90 MPa"]),
-        ("laws", "maiden_c", ["2.40 (v/C) (t/d)^(2/3)", "v <= 8 km/s", "verdict"]),
-        ("scenarios", "thin_plate", ["from 100 m/s to 20 km/s", "required", "hole_diameter"]),
-    ],
-)
-def test_catalogue__is_that_of_the_api_in_tables_with_units(
-    shared_api: Api, capsys: Capsys, kind: str, name: str, words: list[str]
-) -> None:
-    items = shared_api.http.get(f"/v1/{kind}").json()["items"]
-    assert run("list", kind, "--json") == 0
-    assert json.loads(capsys.readouterr().out) == items
-    assert run("list", kind) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == [item["name"] for item in items]
-    assert run("list", kind, name) == 0
-    table = capsys.readouterr().out
-    assert all(word in table for word in words), table
-    assert run("list", kind, f"{name}x") == 2
-    assert f"did you mean '{name}'" in capsys.readouterr().err

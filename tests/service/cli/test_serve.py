@@ -48,7 +48,7 @@ def recorder() -> Recorder:
 @pytest.fixture
 def app(recorder: Recorder) -> FastAPI:
     made = FastAPI()
-    made.state.engine = made.state.event_streams = recorder
+    made.state.engine, made.state.at_end = recorder, [recorder.close]
     return made
 
 
@@ -99,7 +99,7 @@ STUCK = (
     "@contextmanager\n"
     "def open_service(settings, start_engine):\n"
     "    app = FastAPI()\n"
-    "    app.state.engine = app.state.event_streams = Recorder()\n"
+    "    app.state.engine, app.state.at_end = Recorder(), []\n"
     "    yield app\n"
     "serve.open_service = open_service\n"
     "ThreadPoolExecutor(1).submit(threading.Event().wait)\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.api.routes.openapi import TAGS
+from service.openapi.routes import TAGS
 from service.records.jobs import Scope
 from studies.sweeps import examples
 from tests.claims.marked import Compared

@@ -83,5 +83,5 @@ def test_submission__with_a_quota_reads_no_history(old: Store, has_statistics: b
     runs = runs_of("fine", "fine", first=(3 + has_statistics) << 100)
     with plans(old) as asked:
         old.sweeps.create(Submission(sweep_of(runs), owner="anna", quota=QUOTA))
-    assert any("owned_bytes" in plan for plan in asked)
+    assert any("jobs_owned" in plan for plan in asked)
     assert of_history(asked) == []

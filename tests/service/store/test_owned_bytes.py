@@ -1,12 +1,13 @@
 """The bytes that are kept for each owner, whatever happens to files, runs and sweeps, on both databases."""
 
+from collections import Counter
 from dataclasses import replace
 
 import sqlalchemy as sa
 
 from service.records.jobs import Keep, Submission
 from service.store import Store
-from service.store.tables import OWNED_BYTES, now
+from service.store.tables import ARTIFACTS, JOBS, now
 from studies.quantities.files import STATE
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, result
@@ -34,9 +35,14 @@ def finish_all_of(store: Store, lease: object) -> None:
 
 def owned(store: Store) -> dict[str, int]:
     """The kept sums, which must be those of the files."""
-    assert store.retention.wrong_sums() == {}
+    sizes = sa.select(ARTIFACTS.c.job_id, sa.func.sum(ARTIFACTS.c.size)).group_by(ARTIFACTS.c.job_id)
+    by_owner = Counter[str]()
     with store.database.reading() as reading:
-        return {row.owner: row.bytes for row in reading.execute(sa.select(OWNED_BYTES)) if row.bytes}
+        right = {job: int(size) for job, size in reading.execute(sizes)}
+        for job in reading.execute(sa.select(JOBS.c.id, JOBS.c.owner, JOBS.c.abandoned, JOBS.c.bytes)):
+            assert job.bytes == right.get(job.id, 0)
+            by_owner[job.owner] += 0 if job.abandoned else job.bytes
+    return {owner: size for owner, size in by_owner.items() if size}
 
 
 def test_files__of_a_run_belong_to_the_owner_of_a_sweep_that_has_it(store: Store) -> None:
@@ -74,14 +80,3 @@ def test_files__that_are_replaced_dropped_or_forgotten_change_the_sum(store: Sto
     store.sweeps.delete(other)
     assert store.retention.forget_runs(now(), 9) == 3
     assert owned(store) == {}
-
-
-def test_sums__that_are_wrong_are_seen_and_counted_anew(store: Store) -> None:
-    submit(store, "anna", 1)
-    compute(store)
-    right = owned(store)
-    with store.database.writing() as writing:
-        writing.execute(OWNED_BYTES.update().values(bytes=7))
-    assert store.retention.wrong_sums() == {"anna": (7, right["anna"])}
-    store.retention.recount()
-    assert owned(store) == right

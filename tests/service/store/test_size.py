@@ -205,12 +205,11 @@ def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: 
     client = TestClient(app, base_url=ADDRESS, headers={"Authorization": f"Bearer {filled.secret}"})
     client.get("/readyz")  # whose outcome the queue shares, here for good
     app.state.readiness._ended = math.inf
-    with closing(app.state.event_streams):
-        for page, address in PAGES.items():
-            with statements(_fresh(store)) as sent:
-                response = client.get(address(filled))
-            assert response.status_code == 200, response.text
-            assert len([text for text in sent if not text.startswith("BEGIN")]) <= PAGE, page
+    for page, address in PAGES.items():
+        with statements(_fresh(store)) as sent:
+            response = client.get(address(filled))
+        assert response.status_code == 200, response.text
+        assert len([text for text in sent if not text.startswith("BEGIN")]) <= PAGE, page
 
 
 def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Filled) -> None:

@@ -14,10 +14,10 @@ from fastapi.routing import APIRoute
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
-from service.api.conversions import Conversions
 from service.api.readers import Readers
 from service.api.reading import Given, Made
 from service.api.routes import all_routes
+from service.conversions.conversions import Conversions
 from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
@@ -200,6 +200,7 @@ def served(api: Api, *doors: socket.socket, **options: Any) -> Iterator[str]:
         wait_until(lambda: server.started)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
-        api.http.app.state.event_streams.close()  # type: ignore[attr-defined]
+        for end in api.http.app.state.at_end:  # type: ignore[attr-defined]
+            end()
         server.should_exit = True
         thread.join()

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
+from service.queue.clock_watch import ClockWatch
 from service.queue.dispatcher import Dispatcher
-from service.queue.scrubbing import Scrubber
 from service.records.jobs import Cause, Keep, Kind, RunRow, State, Submission
+from service.scrubbing.scrubber import Scrubber
 from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
@@ -135,7 +136,8 @@ class Harness:
     def scrubber(self, *, rate: int = 1 << 60, interval: float = 0.0) -> Scrubber:
         """A scrubber at its start, which reads everything in a step and begins again at the next one."""
         settings = self.settings.model_copy(update={"scrub_rate": rate})
-        return Scrubber(settings, self.store, self.artifacts, replace(AT_ONCE, scrub_interval=interval))
+        clock = ClockWatch(settings, self.store)
+        return Scrubber(settings, self.store, self.artifacts, clock, replace(AT_ONCE, scrub_interval=interval))
 
 
 @contextmanager

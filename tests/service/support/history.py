@@ -7,9 +7,11 @@ from datetime import timedelta
 from itertools import islice
 from typing import Any
 
+import sqlalchemy as sa
+
 from service.records.jobs import Keep, Kind, State
 from service.store import Store
-from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, now
+from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, count_bytes, now
 from solver import PHYSICS_VERSION
 from studies.quantities.files import RESULT, SECTIONS, STATE
 
@@ -52,10 +54,9 @@ def write(store: Store, history: History) -> None:
         remaining: Iterator[dict[str, Any]] = iter(rows)
         with store.database.writing() as connection:
             while batch := list(islice(remaining, BATCH)):
-                if table is ARTIFACTS:  # in one statement, after which the sums of owners change once
-                    connection.execute(table.insert().values(batch))
-                else:
-                    connection.execute(table.insert(), batch)
+                connection.execute(table.insert(), batch)
+    with store.database.writing() as connection:
+        count_bytes(connection, sa.true())
 
 
 def analyze(store: Store) -> None:
@@ -120,6 +121,7 @@ def _job(id: str, kind: Kind, owner: str, moment: Any, **more: Any) -> dict[str,
         "term": 1,
         "token": "c0ffee00",
         "crashes": 0,
+        "bytes": 0,
         "fraction": 1.0,
         "seconds": 12.5,
         "created": moment,

@@ -8,14 +8,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import httpx
 
-from service.client.client import Client
 from tests.service.support import fault_points
 from tests.service.support.fakes import wait_until
 from tests.service.support.processes import ROOT, free_port
+
+if TYPE_CHECKING:
+    from service.client.client import Client
 
 SERVICE = ("-m", "service")
 ARMED = ("-m", fault_points.__name__)  # the program of a life that ends at a fault point
@@ -83,7 +85,9 @@ class Service:
         """The text of an answer, whatever its status."""
         return http().get(self.url + path, timeout=30).text
 
-    def client(self) -> Client:
+    def client(self) -> "Client":
+        from service.client.client import Client  # a feature, which few tests need
+
         return Client(self.url)
 
     @property

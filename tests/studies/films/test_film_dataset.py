@@ -11,7 +11,7 @@ from solver.state import Snapshot
 from studies.films.film import SCALARS, Film
 from studies.quantities.findings import InvalidInput
 from tests.service.support.command import run
-from tests.studies.cubes.test_exports import read
+from tests.studies.films.test_exports import read
 from tests.studies.films.test_film import small_problem, states
 
 LEFT, ABSENT = 3, 5  # particles: gone between the two frames, and before both

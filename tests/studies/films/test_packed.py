@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from studies.films import views
 from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
-from studies.runs import views
 from studies.runs.remeasure import load_state
 from tests.samples import needs
 from tests.studies.runs.solved import asked, solved

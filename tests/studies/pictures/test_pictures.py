@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from studies.films.section import END, read_sections
 from studies.pictures import shown as pictures
 from studies.quantities.display import printed
 from studies.reports.publish import publish_sweep
+from studies.sections.section import END, read_sections
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
 from tests.studies.runs.solved import solved

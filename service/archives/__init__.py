@@ -1,0 +1,1 @@
+"""Everything of a sweep in one file."""

@@ -1,0 +1,1 @@
+"""What ships: materials, laws and scenarios, on the command line and over HTTP."""

@@ -1,0 +1,68 @@
+"""The catalogue: scenarios with their parameters, materials with their sources, laws, presets; written once."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel
+
+from service.api.once import built_once
+from service.api.routes import Routes
+from service.api.schemas import CatalogueModel, Items, ScenarioModel
+from studies import laws, materials, scenarios
+from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
+from studies.sweeps.accuracy import ACCURACY
+
+router = APIRouter(prefix="/v1", tags=["catalogue"])
+ROUTES = Routes("catalogue", 60, guarded=(router,))
+
+Listing = Callable[[], BaseModel]
+
+
+def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listing]:
+    """Add an endpoint for a list that never changes: its response is written by the first request."""
+
+    def add(catalogue: Listing) -> Listing:
+        @built_once
+        def written() -> bytes:
+            return catalogue().model_dump_json(by_alias=True).encode()
+
+        def endpoint() -> Response:
+            return Response(written(), media_type="application/json")
+
+        router.get(path, name=catalogue.__name__, description=catalogue.__doc__, response_model=model)(endpoint)
+        return catalogue
+
+    return add
+
+
+@written_once("/scenarios", Items[ScenarioModel])
+def list_scenarios() -> Items[ScenarioModel]:
+    """Every scenario, with unit, bounds, default and meaning of its parameters."""
+    return Items(items=[ScenarioModel.model_validate(scenarios.load(name).describe()) for name in scenarios.names()])
+
+
+@written_once("/materials", CatalogueModel)
+def list_materials() -> CatalogueModel:
+    """Every material that ships, each number with unit, source and confidence."""
+    return CatalogueModel.model_validate({"items": [materials.load(name).document() for name in materials.names()]})
+
+
+@written_once("/laws", CatalogueModel)
+def list_laws() -> CatalogueModel:
+    """Every law, with equation, source and range."""
+    return CatalogueModel.model_validate({"items": [laws.load(name).describe() for name in laws.names()]})
+
+
+@written_once("/accuracies", CatalogueModel)
+def list_accuracies() -> CatalogueModel:
+    """The names that `accuracy` in a sweep may have, each with its mesh error, relative."""
+    return CatalogueModel(items=[{"name": name, "error": error} for name, error in ACCURACY.items()])
+
+
+@written_once("/recipes", CatalogueModel)
+def list_recipes() -> CatalogueModel:
+    """Every preset of numerical parameters: the values of the parameter `recipe`, and what each sets."""
+    return CatalogueModel(
+        items=[{"name": name, **asdict(recipe), **asdict(IMPACT_RECIPES[name])} for name, recipe in RECIPES.items()]
+    )

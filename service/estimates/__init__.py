@@ -1,0 +1,1 @@
+"""The cost of a sweep before it is computed: ``whipple estimate``, and ``/v1/sweeps/estimate``."""

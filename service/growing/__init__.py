@@ -1,0 +1,1 @@
+"""Runs that were still growing at their latest end, computed again: ``whipple continue``."""

@@ -1,0 +1,1 @@
+"""What notebooks show: sweeps as tables, the folder of a computed one, moving pictures."""

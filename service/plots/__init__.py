@@ -1,0 +1,1 @@
+"""Figures of cubes as files, on the command line."""

@@ -1,0 +1,1 @@
+"""Later ends for runs that were still growing."""

@@ -1,0 +1,1 @@
+"""Two cubes compared, in figures and in a table of their differences."""

@@ -1,0 +1,85 @@
+"""Results in a notebook: progress as it goes, the folder of a sweep, its figures, and films of its runs."""
+
+import base64
+import re
+from pathlib import Path
+
+import pytest
+
+import whipple
+from service.notebooks.folder import SweepFolder
+from studies.cubes.reading import open_file
+from studies.films.film import Film
+from studies.quantities.findings import InvalidInput
+from studies.reports.publish import publish_sweep
+from studies.reports.report import report_of
+from tests.studies.films.test_film import small_problem, states
+from tests.studies.support import fakes
+
+OF_LAWS = ["hole_diameter_laws", "hole_diameter_laws_ratio"]  # in millimetres, and in diameters of the projectile
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """The folder of a sweep without runs of its own, and a film in it."""
+    folder = tmp_path_factory.mktemp("sweep")
+    sweep = fakes.holes()
+    publish_sweep(sweep, fakes.results(sweep), folder, fakes.catalogue())
+    film = Film(small_problem())
+    for state in states(2):
+        film.add(state)
+    (folder / "runs" / "12ab").mkdir(parents=True)
+    film.save(folder / "runs" / "12ab" / "film.npz")
+    return SweepFolder(folder)
+
+
+@pytest.mark.claim("pages", "notebook", minutes=0.2)
+def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: Path) -> None:
+    """The folder of a sweep is a path, and a notebook shows the headline of its report."""
+    assert folder == Path(folder)
+    assert "cube.nc" in {file.name for file in folder.iterdir()}
+    html = folder._repr_html_()
+    assert html is not None
+    assert "headline" in html
+    assert re.search(f"<th[^>]*>runs</th><td[^>]*>{len(fakes.holes().runs())}</td>", html)
+    assert str(folder / "report.html") in html
+    assert SweepFolder(tmp_path)._repr_html_() is None
+
+
+@pytest.mark.claim("pages", "notebook", minutes=0.2)
+def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp_path: Path) -> None:
+    """``plot`` and ``plot_laws`` draw the figures of the report, by their names."""
+    with whipple.open_cube(folder) as cube:
+        expected = [figure.name for figure in report_of(cube).head.figures]
+        of_laws = cube.whipple.plot_laws("hole_diameter")
+        with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
+            cube.whipple.plot_laws("hole_diamter")
+        assert cube.whipple.plot_laws().names == of_laws.names == OF_LAWS
+    figures = folder.plot()
+    assert figures.names == expected
+    [first, *_] = re.findall('data:image/svg[+]xml;base64,([^"]*)', figures._repr_html_())
+    assert b"<svg" in base64.b64decode(first)
+    saved = [file.name for file in of_laws.save(tmp_path / "figures", "svg")]
+    assert saved == [f"{name}.svg" for name in OF_LAWS]
+    assert figures.drawing("hole_diameter_laws").axes
+
+
+@pytest.mark.parametrize("is_remote", [False, True])
+def test_open_cube__refuses_one_of_another_layout(is_remote: bool, folder: SweepFolder, tmp_path: Path) -> None:
+    older = tmp_path / "cube.nc"
+    with whipple.open_cube(folder) as cube:
+        cube.assign_attrs(schema_version=0).to_netcdf(older)
+    with pytest.raises(InvalidInput, match="this one has layout 0, and 1 is read: compute its sweep again"):
+        open_file(older.open("rb"), "http://127.0.0.1/cube.nc") if is_remote else whipple.open_cube(tmp_path)
+
+
+@pytest.mark.claim("pages", "notebook", minutes=0.2)
+def test_film__of_a_run_is_a_moving_picture(folder: SweepFolder, tmp_path: Path) -> None:
+    """The film of a run is a GIF that a notebook shows."""
+    film = folder.film(field="pressure")
+    assert film.gif[:6] == b"GIF89a"
+    assert "data:image/gif;base64," in film._repr_html_()
+    assert folder.film().gif != film.gif  # coloured by speed
+    assert film.save(tmp_path / "film.gif").read_bytes() == film.gif == folder.film("12", "pressure").gif
+    with pytest.raises(InvalidInput, match="keep: film"):
+        folder.film("ff")
