@@ -11,7 +11,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 import xarray as xr
 
-from service.api.app import CACHE
+from service.conversions.routes import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.records.jobs import RunRow, State, Stored
 from service.store import Store
