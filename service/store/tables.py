@@ -46,7 +46,7 @@ JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
 # As alembic has it, which need not be imported to make tables.
 REVISIONS = sa.Table("alembic_version", sa.MetaData(), sa.Column("version_num", sa.String(32), primary_key=True))
-REVISION = "0.1.0"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0.1.0.2"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",

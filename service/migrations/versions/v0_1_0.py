@@ -1,6 +1,6 @@
 """The tables of ``service/store/tables.py`` in version 0.1.0; databases of before are refused."""
 
-revision = "0.1.0"
+revision = "0.1.0.2"
 down_revision = None
 
 
