@@ -21,7 +21,8 @@ from tests.claims.remaining import STEPS
 from tests.contracts.features import features
 
 ROOT = Path(__file__).parents[2]
-LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist", "site", "demo", "data")
+LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info")
+MADE = {"build", "demo", "demo-full", "data", "dist", "site"}  # at the top of a tree in which someone works
 SHARED = (
     "tests/contracts/test_laws.py",
     "tests/contracts/test_measurements.py",
@@ -92,7 +93,7 @@ def without(name: str, report: Callable[[Tried], object], tests: tuple[str, ...]
     """Report each step of a copy of the tree without a feature; the folders that went."""
     with tempfile.TemporaryDirectory(prefix=f"whipple-without-{name}-") as folder:
         tree = Path(folder) / "tree"
-        shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+        shutil.copytree(ROOT, tree, ignore=lambda at, names: {*LEFT_OUT(at, names), *(MADE if at == str(ROOT) else ())})
         gone = remove(tree, name)
         for step in tried(tree, tests):
             report(step)
