@@ -40,9 +40,7 @@ class Particles(NamedTuple):
     plastic_strain: np.ndarray  # (n,)
     temperature: np.ndarray  # (n,) K
     damage: np.ndarray  # (n,) 0 whole .. 1 failed
-    parted: (
-        np.ndarray
-    )  # (n,) 1/s, rate of growth of the volume, or of shear, with which voids linked; 0 while none are open
+    parted: np.ndarray  # (n,) 1/s, rate of growth of volume, or of shear, with which voids linked; 0 while closed
     grown: np.ndarray  # (n,) logarithm of the factor by which plastic flow has made voids grow
     number: np.ndarray  # (n,) permanent, int64
     alive: np.ndarray  # (n,) 1 on the grid, 0 once it has left, uint8

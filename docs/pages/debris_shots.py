@@ -31,7 +31,7 @@ from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "debris-shots.json"
 COMMAND = "python -m docs.pages compute debris-shots"
-SEEDS = (1, 2)  # of the pieces
+SEEDS = (1, 2)  # that draw pieces: ``pieces_seed``
 # Spall constants of alloys that have none in their files: they go there once the mesh error, the sensitivities and the
 # published tables are computed with them, because they change the default failure of plates. Strength (Pa) at a strain
 # rate (1/s), its power, and 3 Y / (2 e E). 1100-O: mean of eight shots at 4 to 12 GPa, Williams, Ramesh and Dandekar

@@ -157,7 +157,7 @@ def _shots(quantity: str, name: str) -> list[Shot]:
     ]
     if quantity != "critical_diameter":
         return shots
-    from docs.pages.shields import at_plotted_shield  # of a feature
+    from docs.pages.shields import at_plotted_shield  # which may be taken away
 
     return list(map(at_plotted_shield, shots))
 

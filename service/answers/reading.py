@@ -14,7 +14,7 @@ def answered(posted: Posted) -> bytes:
 
 
 def answered_as_cube(posted: Posted) -> bytes:
-    """The same as NetCDF-4."""
+    """Answer a question as NetCDF-4: values of laws over the axes of what was asked."""
     from studies.answers import cube, question
 
     with posted.document() as document:

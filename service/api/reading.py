@@ -131,7 +131,7 @@ def expanded_sweep(checked: Sweep) -> ExpandedSweep:
 
 
 def doubts_about(sweep: Sweep) -> list[str]:
-    """What is allowed in a sweep and hardly useful, in words."""
+    """Warn of what a sweep asks for and has little use of, in words."""
     from studies.sweeps.warnings import warnings_of  # with NumPy, which the parent of this child never loads
 
     return warnings_of(sweep)

@@ -73,7 +73,6 @@ class Scattered(NamedTuple):
 
     flight: Flight
     diameter: np.ndarray  # (p,) of the pieces, m
-    mass: np.ndarray  # (p,) of each, as far as it is in the quarter, kg
 
 
 def radius_of(arrivals: Arrivals, share: float) -> float:
@@ -96,16 +95,15 @@ def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: flo
     rest = np.concatenate([body.position[:, :2] for body in problem.bodies])
     if flight.number.max(initial=-1) >= len(rest):  # of a stage before: what is together flies together
         rest, flight = arrivals.table[VX : VY + 1].T, flight._replace(number=np.arange(arrivals.time.size))
-    parts, diameters, masses = [], [], []
+    parts, diameters = [], []
     for number, body in enumerate(problem.bodies):
         mine = np.flatnonzero(arrivals.body == number)
         own = Debris(arrivals.time[mine], arrivals.table[:, mine], sizes[mine], rest[flight.number[mine]])
         whole = ~np.isfinite(own.size)
         parts.append((number, *_rings(_some(own, whole), spacing, body.density, random)))
-        pieces, diameter, mass = _pieces(_some(own, ~whole), body.matter, body.density, spacing, random)
+        pieces, diameter = _pieces(_some(own, ~whole), body.matter, body.density, spacing, random)
         parts.append((number, *pieces))
         diameters.append(diameter)
-        masses.append(mass)
     of_body = np.concatenate([np.full(time.size, number) for number, time, _ in parts])
     time, table = np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts], axis=1)
     order = np.argsort(time, kind="stable")
@@ -115,10 +113,11 @@ def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: flo
         books=_of_quarter(flight.books, given=(table[VX : VY + 1] * table[MASS]).sum(axis=1)),
         missed=QUARTER * flight.missed,
     )
-    return Scattered(landed, np.concatenate(diameters), np.concatenate(masses))
+    return Scattered(landed, np.concatenate(diameters))
 
 
 def _some(debris: Debris, among: np.ndarray) -> Debris:
+    """Select some of the particles."""
     return Debris(debris.time[among], debris.table[:, among], debris.size[among], debris.rest[among])
 
 
@@ -175,14 +174,14 @@ def _turned(table: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def _pieces(
     debris: Debris, matter: Matter, density: float, spacing: float, random: np.random.Generator
-) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
-    """Particles of the pieces of parted matter: times and columns; diameters and masses (p,) of the pieces."""
+) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
+    """Particles of the pieces of parted matter, their times and columns; and the diameters (p,) of the pieces."""
     order = np.argsort(_along_curve(debris.rest), kind="stable")
     debris = _some(debris, order)
     mass = QUARTER * debris.table[MASS]
     end, least = np.cumsum(mass), LIGHTEST * density * spacing**3
     total, begin, first = float(mass.sum()), 0.0, 0
-    times, tables, diameters, masses = [], [], [], []
+    times, tables, diameters = [], [], []
     while first < mass.size and total - begin > 1e-12 * total:
         drawn = max(random.exponential(density * debris.size[first] ** 3), least)
         radius, angle = 0.5 * math.cbrt(6.0 * drawn / (math.pi * density)), QUARTER * random.uniform()
@@ -199,11 +198,10 @@ def _pieces(
         times.append(grain_times)
         tables.append(grains)
         diameters.append(2.0 * radius)
-        masses.append(shares.sum())
         begin, first = stop, last if end[last] > stop else last + 1
     if not times:
-        return (np.zeros(0), np.zeros((LONGEST, 0))), np.zeros(0), np.zeros(0)
-    return (np.concatenate(times), np.concatenate(tables, axis=1)), np.array(diameters), np.array(masses)
+        return (np.zeros(0), np.zeros((LONGEST, 0))), np.zeros(0)
+    return (np.concatenate(times), np.concatenate(tables, axis=1)), np.array(diameters)
 
 
 class Place(NamedTuple):
@@ -258,6 +256,7 @@ def _grains(
                 offset = offset[:, offset[row] > 0.0]
     table = np.repeat(column[:, None], offset.shape[1], axis=1)
     table[MASS] /= offset.shape[1]
+    # The last piece of a body takes what is left, and may be wider than it was drawn.
     table[X : Y + 1] = np.maximum(table[X : Y + 1] + offset[:2], 0.0)
     return time - offset[2] / column[VZ], table
 

@@ -1,4 +1,4 @@
-"""What an operator looks at: liveness, readiness, version, and the queue as a whole."""
+"""Routes for operators: liveness, readiness, version, and the queue as a whole."""
 
 import platform
 

@@ -17,7 +17,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from solver.matter.tension import TensionEntry
-from solver.units import Dimensionless, FromMaterial, Pascal
+from solver.units import FromMaterial, Pascal
 from solver.vectors import exp, minimum, where
 
 # Void fraction at which voids link. Grady (1988), J. Mech. Phys. Solids 36, 353: 0.15 is the strain that ends ductile
@@ -37,13 +37,12 @@ class OpeningTension(NamedTuple):
     """A tensile strength that melting takes, of matter that parts."""
 
     cutoff: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # p_cut
-    voids: Dimensionless = LINKING
 
     def pressure_floor(self, homologous, coherent):
         return -self.cutoff * coherent
 
     def linking(self):
-        return self.voids
+        return LINKING
 
     def void_growth(self, loading):
         notched = minimum(loading.triaxiality, NOTCHED)
