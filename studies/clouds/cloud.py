@@ -78,7 +78,8 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
 
     At no pressure matter begins to melt with the energy e_m = c_v (T_m - T_0), and is liquid from e_m + L on, with the
     latent heat L of fusion; in between the share (e - e_m) / L of it is (lever rule). The energy tells it, because the
-    temperature stays at T_m in between.
+    temperature stays at T_m in between. Matter that melts over a range begins at its solidus, and takes up the heat of
+    the range too.
     """
 
     def read(view: CloudView) -> Reading:
@@ -95,8 +96,7 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         share = np.zeros(view.mass.size)
         for mine, melting in kinds:
             if isinstance(melting, Melting):
-                onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-                share[mine] = melted_share(view.residual[mine], onset, melting.latent_heat)
+                share[mine] = melted_share(view.residual[mine], melting.onset, melting.heat)
         mass = view.mass[among]
         value = float((mass * share[among]).sum() / mass.sum())
         liquid = float(mass[share[among] == 1.0].sum() / mass.sum())
@@ -107,8 +107,9 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         title=title,
         unit="1",
         meaning=f"share of the mass of {matter} that is molten, by its specific internal energy once it has expanded "
-        "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never "
-        "melts, no latent heat or Lindemann reference where a material does not have those constants",
+        "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, or the heats to the solidus and on to "
+        "the liquidus, in part where it is in between; never melts, no latent heat or Lindemann reference where a "
+        "material does not have those constants",
         version=3,
         definition=read,
     )

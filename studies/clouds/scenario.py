@@ -24,6 +24,7 @@ from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Plate, Shot, TargetName
 
 if TYPE_CHECKING:
+    from solver.matter.laws import Matter
     from solver.state import Snapshot
     from studies.debris.cloud import CloudView
     from studies.materials import Material
@@ -108,9 +109,11 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
 
     def build(self, materials: Materials) -> CloudSetting:
         setting = self.impact.build(materials)
-        bodies = [materials[body.name] for body in setting.problem.bodies]
+        bodies = setting.problem.bodies
         return CloudSetting(
-            **vars(setting), breakup=tuple(map(breakup_of, bodies)), melting=tuple(map(_melting, bodies))
+            **vars(setting),
+            breakup=tuple(breakup_of(materials[body.name]) for body in bodies),
+            melting=tuple(_melting(materials[body.name], body.matter) for body in bodies),
         )
 
     @staticmethod
@@ -139,21 +142,21 @@ class DebrisCloud(ImpactSetUp[CloudSetting, "CloudView"]):
         return outline(values, thickness="plate_thickness", radius="plate_radius")
 
 
-def _melting(material: "Material") -> Melting | str:
+def _melting(material: "Material", matter: "Matter") -> Melting | str:
     """How matter melts at no pressure, or the flag that says why that is not known."""
-    thermal = material.thermal
+    from solver.matter.melting import onset_of_melting
+
+    curve, thermal = matter.melting, material.thermal
     if thermal.melt_temperature is None:
         return "never_melts"
-    if thermal.melting_density is not None:
-        return "lindemann_reference"  # its melting point is that of the law, not the one at no pressure
     if thermal.latent_heat_of_fusion is None:
         return "no_latent_heat"
-    return Melting(
-        heat_capacity=thermal.heat_capacity,
-        room_temperature=thermal.room_temperature,
-        melt_temperature=thermal.melt_temperature,
-        latent_heat=thermal.latent_heat_of_fusion,
-    )
+    if curve.span:
+        return Melting(onset_of_melting(matter), (curve.fusion + curve.span) * matter.eos.heat_capacity)
+    if thermal.melting_density is not None:
+        return "lindemann_reference"  # its melting point is that of the law, not the one at no pressure
+    onset = thermal.heat_capacity * (thermal.melt_temperature - thermal.room_temperature)
+    return Melting(onset, thermal.latent_heat_of_fusion)
 
 
 SCENARIO = Scenario(

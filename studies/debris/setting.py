@@ -8,12 +8,10 @@ from studies.measurements._settings import ImpactSetting
 
 @dataclass(frozen=True)
 class Melting:
-    """Constants with which the residual energy of matter says how much of it is molten at no pressure."""
+    """Residual energies of matter that say how much of it is molten at no pressure."""
 
-    heat_capacity: float  # J/(kg K)
-    room_temperature: float  # K
-    melt_temperature: float  # K
-    latent_heat: float  # J/kg
+    onset: float  # J/kg with which it begins to melt
+    heat: float  # J/kg that it takes up from there until all of it is liquid
 
 
 @dataclass(frozen=True)

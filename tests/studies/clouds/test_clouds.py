@@ -28,7 +28,7 @@ SPEEDS = [speed for _, _, speed in BALLS]
 def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> None:
     """A half of the mass has the residual energy of melting and an excess (J/kg), the rest is cold."""
     state = two_balls()
-    hot = MELTING.heat_capacity * (MELTING.melt_temperature - MELTING.room_temperature) + excess
+    hot = MELTING.onset + excess
     state = dataclasses.replace(state, residual=np.where(state.projectile, hot, 0.0))
     assert value("melted_share_projectile", state) == pytest.approx(share, abs=ROUND_OFF)
     part = MASSES[0] / sum(MASSES)

@@ -11,7 +11,7 @@ from studies.measurements.impact.view import connected
 from tests.studies.measurements.states import CELL, DENSITY, PARTICLE, THICKNESS, lattice, line
 
 CLOUD_SPEED, CLOUD_DIAMETER = 6000.0, 8e-3  # m/s, m
-MELTING = Melting(heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3)
+MELTING = Melting(onset=400e3, heat=200e3)
 
 
 TOUGH = Breakup(DENSITY, sound_speed=4000.0, yield_stress=3e8, fracture_toughness=3e7, surface_tension=1.0)
