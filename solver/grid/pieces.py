@@ -84,6 +84,19 @@ def radius_of(arrivals: Arrivals, share: float) -> float:
     return float(arrivals.table[X, order[np.searchsorted(within, share * within[-1])]])
 
 
+def median(diameter: np.ndarray) -> float | None:
+    """The diameter (m) than which half of the mass of spheres (p,) is in smaller ones; None without any.
+
+    >>> median(np.array([1.0, 1.0, 2.0]))
+    2.0
+    """
+    if not diameter.size:
+        return None
+    ordered = np.sort(diameter)
+    volume = np.cumsum(ordered**3)
+    return float(ordered[np.searchsorted(volume, 0.5 * volume[-1])])
+
+
 def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: float, seed: int) -> Scattered:
     """The flight of a body of revolution as one to a quarter of the same grid.
 

@@ -7,6 +7,15 @@ from studies.cubes.audit import AuditNumber
 _behind = partial(AuditNumber, after="discarded_mass_fraction")
 AUDIT = (
     AuditNumber("cells_per_wall", "1", "grid cells through the wall of a shield", after="cells_per_thickness", place=1),
+    AuditNumber(
+        *(
+            "cells_per_piece",
+            "1",
+            "grid cells of a wall across the median piece of debris by mass; fewer than three blur it",
+        ),
+        after="cells_per_thickness",
+        place=2,
+    ),
     _behind(
         "missed_mass_fraction",
         "1",

@@ -428,7 +428,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         from solver.state import MASS
         from studies.shields.measurements.shield import view
 
-        target, flight, sector = self._flown(number, setting, outcome, materials)
+        target, flight, sector, piece = self._flown(number, setting, outcome, materials)
         before, snapshot, seen = setting.problem, outcome.snapshot, view(setting, outcome.snapshot)
         scale = sector / setting.sector
         ended = BumperStage(
@@ -440,6 +440,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
             attached=max(seen.attached, seen.coming if setting.before else 0.0),
             clock_ahead=flight.ahead,
             angular_momentum_error=flight.angular_momentum_error,
+            piece=piece,
         )
         return replace(
             setting,
@@ -455,10 +456,10 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
 
     def _flown(
         self, number: int, setting: ShieldSetting, outcome: "Outcome", materials: Materials
-    ) -> "tuple[Impact, Flight, float]":
-        """The next sheet, what flies to it from the sheet ``number``, and the sector (rad) that its stage models."""
+    ) -> "tuple[Impact, Flight, float, float | None]":
+        """The next sheet, what flies to it from the sheet ``number``, the sector (rad) of its stage, size of pieces."""
         from solver.grid.flight import fly
-        from solver.grid.pieces import radius_of, scatter
+        from solver.grid.pieces import median, radius_of, scatter
 
         (hit, behind), before = self.sheets[number : number + 2], setting.problem
         shift = along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
@@ -471,7 +472,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
 
         target = self.target(number + 1)
         if not self.has_pieces or number + 2 < self.stages:
-            return target, flight_to(target), setting.sector
+            return target, flight_to(target), setting.sector, None
         widest = self.target(number + 1, flat=True)
         least = CLEAR_CELLS * target.shot.cell
         radius = min(widest.radius, max(least, radius_of(flight_to(widest).arrivals, PIECES_SHARE)))
@@ -479,7 +480,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
         sizes = sizes_of_pieces(before, flight, [breakup_of(materials[body.name]) for body in before.bodies])
         seed = self.walls.pieces_seed or 0
         scattered = scatter(before, flight, sizes, spacing=target.step, seed=seed)
-        return replace(target, radius=radius), scattered.flight, SECTORS["quarter"]
+        return replace(target, radius=radius), scattered.flight, SECTORS["quarter"], median(scattered.diameter)
 
     def _problem_behind(
         self, target: Impact, material: "Material", before: "Problem", flight: "Flight", *, begin: float
@@ -519,11 +520,13 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
 
     @staticmethod
     def numbers(view: "ShieldView") -> dict[str, float]:
-        """What missed the next grid, by how much the clock is ahead, and whether flights kept angular momentum."""
+        """What missed the next grid, the clock, cells across a piece, and whether flights kept angular momentum."""
         numbers = {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
-        if view.angular_momentum_error is None:
-            return numbers
-        return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
+        if view.piece is not None:
+            numbers["cells_per_piece"] = view.piece / view.cell
+        if view.angular_momentum_error is not None:
+            numbers["flight_angular_momentum_error"] = view.angular_momentum_error
+        return numbers
 
     def sections(self, setting: ShieldSetting) -> "SectionOptions":
         from studies.sections.section import SectionOptions

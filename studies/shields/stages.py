@@ -32,3 +32,4 @@ class BumperStage:
     attached: float  # part of what would fly to it that has not come off this bumper, or not come to it
     clock_ahead: float  # s
     angular_momentum_error: float  # of the flight, relative
+    piece: float | None  # diameter than which half of the mass of its pieces is in smaller ones, m; None without any

@@ -33,6 +33,7 @@ class ShieldView(WallView):
     clock_ahead: float  # of the stage, s
     attached: float  # momentum of what flies on and has not come off the sheet of the stage, over the projectile's
     angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
+    piece: float | None = None  # of the debris that hits the wall: median diameter by mass, m
 
 
 def view(setting: "ShieldSetting", snapshot: "Snapshot") -> ShieldView:
@@ -60,6 +61,7 @@ def view(setting: "ShieldSetting", snapshot: "Snapshot") -> ShieldView:
         angular_momentum_error=max((stage.angular_momentum_error for stage in before), default=0.0)
         if is_half
         else None,
+        piece=before[-1].piece if before else None,
     )
 
 

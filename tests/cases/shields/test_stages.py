@@ -150,7 +150,9 @@ def test_pieces__keep_them_and_bring_the_wall_the_momentum_of_rings(compared: Co
             for name in BEHIND
         ),
         relative("momentum of the wall", expected=wall_momentum(even), got=wall_momentum(pieces), within=BROKEN),
+        reported("cells across the median piece", pieces.numbers["cells_per_piece"]),
     )
+    assert "cells_per_piece" not in even.numbers
 
 
 @pytest.mark.claim("shields", "shield-quarter", minutes=0.1)
