@@ -79,7 +79,7 @@ class ShieldOpening:
     told: tuple[str, ...]  # axes that tell its shield from others
     diameter: float  # m, about which shots and equations are asked
     run: WallRun | None = None  # of sweeps with one for each shield: the one most likely to fail
-    of_several: bool = True  # such sweeps
+    least: tuple[ShieldLimit, WallRun] | None = None  # the one least likely to fail, of another shield or speed
     simulated: Said = "undecided"
     equations: tuple[Equation, ...] = ()  # of sweeps that bracket a limit
 
@@ -92,12 +92,16 @@ def _opening_run(rows: Sequence[ShieldLimit]) -> ShieldOpening | None:
         if len(limit.runs) != 1 or chance is None:
             return None
         ranked.append((chance.value, limit))
-    _, limit = max(ranked, key=lambda chance: chance[0])
+    (_, safest), (_, limit) = min(ranked, key=_chance), max(ranked, key=_chance)
     [run] = limit.runs
     outcomes = {row.runs[0].perforated for row in rows if _shot(row) == _shot(limit)}
     said = SAID[outcomes.pop()] if len(outcomes) == 1 else "disagree"
-    of_several = any(_shot(row) != _shot(limit) for row in rows)
-    return ShieldOpening(limit, _told(rows), run.diameter, run, of_several, said)
+    least = (safest, safest.runs[0]) if _shot(safest) != _shot(limit) else None
+    return ShieldOpening(limit, _told(rows), run.diameter, run, least, said)
+
+
+def _chance(ranked: tuple[float, ShieldLimit]) -> float:
+    return ranked[0]
 
 
 def _shot(limit: ShieldLimit) -> tuple[float, Place]:

@@ -24,7 +24,9 @@ from tests.claims.rows import equal
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 
 
-@pytest.mark.parametrize("name", claimed(["which-law", "does-my-shield-hold"], ["which-law"], "docs", "questions"))
+@pytest.mark.parametrize(
+    "name", claimed(["which-law", "does-my-shield-hold", "worked-design"], ["which-law"], "docs", "questions")
+)
 def test_page__shows_the_output_of_its_commands(name: str, tmp_path: Path) -> None:
     """Each line that is shown is the begin of one that the block before printed."""
     program = tmp_path / "bin" / "whipple"
