@@ -21,7 +21,10 @@ from studies.reports.section import Part, Source
 from studies.reports.wording import text_template, worded
 
 # Axes that choose how a shot is computed, and not which: where their values disagree its outcome is open.
-OF_MODEL = ("geometry", "method", "recipe", "failure", "tension", "shape", "contact", "rubble_friction")
+OF_MODEL = (
+    *("geometry", "method", "recipe", "failure", "tension", "thermal_softening", "pieces_seed", "shape", "contact"),
+    "rubble_friction",
+)
 MOST_STRETCHES = 4  # of an axis with one outcome each, that a headline lists
 
 
