@@ -4,10 +4,8 @@ Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the a
 resolutions and offsets, where a sweep names several; what converges over these lies over the axes alone. Every run
 keeps its cell: one that has no result is NaN, with ``run_state`` and ``run_reason`` saying why.
 
-All variables stand in the root of the file, told apart by their attribute ``group``, and not in a tree of NetCDF
-groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's ``ncread`` take every variable with its coordinates by its
-plain name, while ``open_dataset`` shows the root of a tree alone. The laws are evaluated here, so that
-``xarray.open_dataset("cube.nc")`` alone redoes the report.
+The file is a tree of groups, ``rooms``. Before and behind the file its variables stand in one dataset, each with the
+attribute ``room``. The laws are evaluated here, so that the file alone redoes the report.
 """
 
 import json
@@ -29,15 +27,18 @@ from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, Observed, answers, catalogue_of
 from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_parts, lay_out
 from studies.cubes.models import Assess, assessment
+from studies.cubes.rooms import in_rooms
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
-    GROUPS,
     OUTCOMES,
     POINTS,
+    ROOMS,
+    ROOT,
     RUNS,
     SYMBOLS,
     Column,
     Quantity,
+    Room,
     Variable,
     variable_name,
 )
@@ -53,7 +54,6 @@ from studies.sweeps.sweep import Sweep
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
-WITH_COORDINATES = ("result", "history")  # groups whose variables list their coordinates in the file
 # Provenance that is no version of anything.
 ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
@@ -106,7 +106,7 @@ def with_computation(dataset: xr.Dataset, results: Results) -> xr.Dataset:
     ids = dataset[declared.RUN_ID.name].variable
     made_by = _each(ids.values.astype(object), lambda id: results.get(id, MISSING).provenance)
     times = {
-        variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
+        variable.name: xr.Variable(ids.dims, variable.values(made_by), {**variable.attributes, "room": variable.room})
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
     }
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -118,15 +118,15 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
     A half-written NetCDF-4 file opens and reads as NaN, so nothing is written in place.
     """
-    encoding = {str(name): _encoding(str(name), array) for name, array in dataset.variables.items()}
-    dataset = dataset.copy()
-    for name, array in dataset.data_vars.items():
-        # Results name their coordinates; in every other variable the list would only take space.
-        if array.attrs["group"] not in WITH_COORDINATES:
-            dataset[name].encoding["coordinates"] = None
+    tree = in_rooms(dataset)
+    encoding = {
+        room.path: {
+            str(name): _encoding(str(name), array) for name, array in room.to_dataset(inherit=False).variables.items()
+        }
+        for room in tree.subtree
+    }
     return write_atomically(
-        path,
-        lambda file: dataset.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding, unlimited_dims=()),
+        path, lambda file: tree.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding)
     )
 
 
@@ -134,7 +134,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
 
 def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess) -> list[Column]:
-    """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
+    """The columns as a reader wants them: room by room, axes first, and quantities of laws."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
     others = tuple(name for name in catalogue.quantities if name not in main)
@@ -143,7 +143,7 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess
         variable = column[0]
         place = first.index(variable.name) if variable.name in first else len(first)
         is_other = any(re.match(rf"{name}(_|$)", variable.name) for name in others)
-        return GROUPS.index(variable.group), is_other, place
+        return ROOMS.index(variable.room), is_other, place
 
     return sorted(_columns(layout, catalogue, assess), key=place)
 
@@ -151,7 +151,6 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess
 def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[Column]:
     for parameter in catalogue.parameters.values():
         yield from _of_parameter(layout, parameter)
-    yield from _of_runs(layout)
     shots = _each(layout.runs_of_points[..., 0], lambda cell: cell.shot)
     if samples := _samples(layout):
         times = _each(layout.cells, _times)
@@ -164,6 +163,7 @@ def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[C
         yield from _of_laws(quantity, catalogue, shots)
     for quantity in catalogue.critical:
         yield from _of_laws(quantity, catalogue, shots)
+    yield from _of_runs(layout)
     if catalogue.observations:
         yield from _of_observations(catalogue)
 
@@ -179,10 +179,11 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
         if any(record is not None for record in records.flat):
             yield variable, _compact(variable.values(records), layout), {}
     elif layout.grid or axis in layout.refinements:
-        variable = declared.parameter_variable(parameter, (variable_name(name),))
+        room: Room = ROOT if axis in layout.axes else "refinement"
+        variable = replace(declared.parameter_variable(parameter, (variable_name(name),)), room=room)
         yield variable, variable.values(_records(axis.values)), {}
     else:
-        variable = declared.parameter_variable(parameter, POINTS)
+        variable = replace(declared.parameter_variable(parameter, POINTS), room=ROOT)
         points = layout.runs_of_points[..., 0]
         yield variable, variable.values(_each(points, lambda cell: cell.coordinates[name])), {}
 
@@ -241,11 +242,14 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     name = quantity.name
     measured = _each(layout.cells, lambda cell: cell.measured(name))
     parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
-    companions = (declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
+    companions = (declared.ERROR_BAR, declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
     about = {"ancillary_variables": " ".join(variable.named(name) for variable in companions)}
     if quantity.outcomes:
         about[OUTCOMES] = BETWEEN_OUTCOMES.join(quantity.outcomes)
     yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), about
+    converged = converge_points(layout, name, quantity.outcomes) if layout.refinements else None
+    if quantity.first:
+        yield declared.ERROR_BAR.filled(quantity), _error_bars(measured, converged), {}
     for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
     if any(name in cell.mesh_errors for cell in layout.cells.flat):
@@ -256,18 +260,25 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     definition = definition_parts(layout, name)
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
-    if layout.refinements:
-        converged = converge_points(layout, name, quantity.outcomes)
+    if converged is not None:
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
     if name in SYMBOLS and np.isfinite(diameters).any():
         yield declared.OVER_DIAMETER.filled(quantity), declared.VALUE.values(measured) / diameters, {}
-        if layout.refinements:
+        if converged is not None:
             by_point = diameters.reshape(layout.runs_of_points.shape)[..., 0]
             lengths, errors = declared.CONVERGED.values(converged), declared.CONVERGED_UNCERTAINTY.values(converged)
             yield declared.CONVERGED_OVER_DIAMETER.filled(quantity), lengths / by_point, {}
             yield declared.CONVERGED_UNCERTAINTY_OVER_DIAMETER.filled(quantity), errors / by_point, {}
+
+
+def _error_bars(measured: np.ndarray, converged: np.ndarray | None) -> np.ndarray:
+    """The error bars of points, of what refinement says where there is any."""
+    if converged is None:
+        return declared.ERROR_BAR.values(measured)
+    known = np.isfinite(declared.MESH_PART.values(converged))
+    return np.where(known, declared.CONVERGED_UNCERTAINTY.values(converged), np.nan)
 
 
 def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:
@@ -349,8 +360,7 @@ def _column(variable: Variable, records: np.ndarray) -> Column:
         return variable, variable.values(records), {}
     flags = _each(records, lambda record: set(variable.pick(record) or ()))
     raised = {flag for words in flags.flat for flag in words or ()}
-    # CF wants at least one meaning.
-    meanings = (*variable.meanings, *sorted(raised - set(variable.meanings))) or ("flagged",)
+    meanings = (*variable.meanings, *sorted(raised - set(variable.meanings)))
     bits = {meaning: 1 << place for place, meaning in enumerate(meanings)}
     values: np.ndarray = np.zeros(records.shape, np.int32)
     for place, words in np.ndenumerate(flags):
@@ -433,26 +443,14 @@ def _labelled(
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
-    attributes: dict[str, str | np.ndarray] = {**_attributes(variable), **more}
-    if variable.kind == "flag":
-        attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
-        attributes["flag_meanings"] = " ".join(variable.meanings)
-    return xr.Variable(dims[: values.ndim], values, attributes)
-
-
-def _attributes(variable: Variable) -> dict[str, str]:
-    units = {"units": variable.unit} if variable.unit is not None else {}
-    comment = {"comment": variable.comment} if variable.comment else {}
-    return {**units, "long_name": variable.long_name, **comment, "group": variable.group}
+    return xr.Variable(dims[: values.ndim], values, {**variable.attributes, "room": variable.room, **more})
 
 
 def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
-    """Axes and parameters are coordinates; so is what labels a dimension, the words about each law, and a time."""
-    about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
-    is_parameter = array.attrs["group"] == "parameter" or not array.dims
+    """Axes and parameters are coordinates; so is what labels a dimension or a limit, and a time."""
+    is_parameter = array.attrs["room"] == "inputs" or not array.dims
     is_time = array.name == declared.HISTORY_TIME.name
-    labels = array.dims == (array.name,) or about_laws
-    return str(array.name) in axes or labels or is_parameter or is_time
+    return str(array.name).removeprefix(limits.PREFIX) in axes or array.dims == (array.name,) or is_parameter or is_time
 
 
 def _about(sweep: Sweep, layout: Layout, catalogue: Catalogue) -> dict[str, str | int]:

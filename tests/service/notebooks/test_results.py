@@ -5,18 +5,17 @@ import re
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure as Drawing
 
 import whipple
 from service.notebooks.folder import SweepFolder
-from studies.cubes.reading import open_file
+from studies.cubes.opening import open_file, whole_cube
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep
 from studies.reports.report import report_of
 from tests.studies.films.test_film import small_problem, states
 from tests.studies.support import fakes
-
-OF_LAWS = ["hole_diameter_laws", "hole_diameter_laws_ratio"]  # in millimetres, and in diameters of the projectile
 
 
 @pytest.fixture(scope="module")
@@ -48,28 +47,28 @@ def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: 
 
 @pytest.mark.claim("pages", "notebook", minutes=0.2)
 def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp_path: Path) -> None:
-    """``plot`` and ``plot_laws`` draw the figures of the report, by their names."""
+    """``plot`` draws the figures of the report, by their names, and ``plot_laws`` a panel on Matplotlib's axes."""
+    expected = [figure.name for figure in report_of(whole_cube(folder)).head.figures]
     with whipple.open_cube(folder) as cube:
-        expected = [figure.name for figure in report_of(cube).head.figures]
-        of_laws = cube.whipple.plot_laws("hole_diameter")
+        axes = Drawing().subplots()
+        assert cube.whipple.plot_laws(ax=axes) is axes
+        assert axes.get_ylabel() == "hole diameter (mm)"
+        assert "simulation" in [text.get_text() for text in axes.get_legend().get_texts()]
         with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
             cube.whipple.plot_laws("hole_diamter")
-        assert cube.whipple.plot_laws().names == of_laws.names == OF_LAWS
     figures = folder.plot()
     assert figures.names == expected
     [first, *_] = re.findall('data:image/svg[+]xml;base64,([^"]*)', figures._repr_html_())
     assert b"<svg" in base64.b64decode(first)
-    saved = [file.name for file in of_laws.save(tmp_path / "figures", "svg")]
-    assert saved == [f"{name}.svg" for name in OF_LAWS]
+    assert [file.name for file in figures.save(tmp_path / "figures", "svg")] == [f"{name}.svg" for name in expected]
     assert figures.drawing("hole_diameter_laws").axes
 
 
 @pytest.mark.parametrize("is_remote", [False, True])
 def test_open_cube__refuses_one_of_another_layout(is_remote: bool, folder: SweepFolder, tmp_path: Path) -> None:
     older = tmp_path / "cube.nc"
-    with whipple.open_cube(folder) as cube:
-        cube.assign_attrs(schema_version=0).to_netcdf(older)
-    with pytest.raises(InvalidInput, match="this one has layout 0, and 1 is read: compute its sweep again"):
+    whole_cube(folder).to_netcdf(older)
+    with pytest.raises(InvalidInput, match="all variables in one room.*: compute its sweep again"):
         open_file(older.open("rb"), "http://127.0.0.1/cube.nc") if is_remote else whipple.open_cube(tmp_path)
 
 
