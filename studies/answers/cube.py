@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def cube_of(question: Question) -> "xr.Dataset":
-    """The laws' values in SI over axes and law, by the names of a cube's room ``laws``.
+    """The laws' values in SI over axes and law, by the names of a cube's group ``laws``.
 
     For each quantity ``hole_diameter`` there are ``hole_diameter_by_law`` (NaN where a law means nothing) over
     ``hole_diameter_law``, ``hole_diameter_by_law_low`` and ``_high`` over the law's stated variants,

@@ -35,7 +35,7 @@ class AuditNumber:
             RUNS,
             self.unit,
             label=self.name.replace("_", " "),
-            room="runs",
+            group="runs",
         )
 
 

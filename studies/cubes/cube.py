@@ -4,8 +4,8 @@ Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the a
 resolutions and offsets, where a sweep names several; what converges over these lies over the axes alone. Every run
 keeps its cell: one that has no result is NaN, with ``run_state`` and ``run_reason`` saying why.
 
-The file is a tree of groups, ``rooms``. Before and behind the file its variables stand in one dataset, each with the
-attribute ``room``. The laws are evaluated here, so that the file alone redoes the report.
+The file is a tree (``groups``). Before and behind it the variables stand in one dataset, each with the name of its
+group as an attribute. The laws are evaluated here, so that the file alone redoes the report.
 """
 
 import json
@@ -26,19 +26,19 @@ from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, Observed, answers, catalogue_of
 from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_parts, lay_out
+from studies.cubes.groups import as_tree
 from studies.cubes.models import Assess, assessment
-from studies.cubes.rooms import in_rooms
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
+    GROUPS,
     OUTCOMES,
     POINTS,
-    ROOMS,
     ROOT,
     RUNS,
     SYMBOLS,
     Column,
+    Group,
     Quantity,
-    Room,
     Variable,
     variable_name,
 )
@@ -52,12 +52,14 @@ from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import Sweep
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
+FEW_VALUES = 512  # fewer take more space in a chunk, with its index, than as they are
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
 # Provenance that is no version of anything.
 ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
 Version = TypeVar("Version", int, str)
+Encoding = dict[str, float | str | tuple[int, ...] | None]
 
 
 def build(
@@ -106,7 +108,7 @@ def with_computation(dataset: xr.Dataset, results: Results) -> xr.Dataset:
     ids = dataset[declared.RUN_ID.name].variable
     made_by = _each(ids.values.astype(object), lambda id: results.get(id, MISSING).provenance)
     times = {
-        variable.name: xr.Variable(ids.dims, variable.values(made_by), {**variable.attributes, "room": variable.room})
+        variable.name: xr.Variable(ids.dims, variable.values(made_by), {**variable.attributes, "group": variable.group})
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
     }
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -118,12 +120,12 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
     A half-written NetCDF-4 file opens and reads as NaN, so nothing is written in place.
     """
-    tree = in_rooms(dataset)
+    tree = as_tree(dataset)
     encoding = {
-        room.path: {
-            str(name): _encoding(str(name), array) for name, array in room.to_dataset(inherit=False).variables.items()
+        group.path: {
+            str(name): _encoding(str(name), array) for name, array in group.to_dataset(inherit=False).variables.items()
         }
-        for room in tree.subtree
+        for group in tree.subtree
     }
     return write_atomically(
         path, lambda file: tree.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding)
@@ -134,7 +136,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
 
 def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess) -> list[Column]:
-    """The columns as a reader wants them: room by room, axes first, and quantities of laws."""
+    """The columns as a reader wants them: group by group, axes first, and quantities of laws."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
     others = tuple(name for name in catalogue.quantities if name not in main)
@@ -143,7 +145,7 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess
         variable = column[0]
         place = first.index(variable.name) if variable.name in first else len(first)
         is_other = any(re.match(rf"{name}(_|$)", variable.name) for name in others)
-        return ROOMS.index(variable.room), is_other, place
+        return GROUPS.index(variable.group), is_other, place
 
     return sorted(_columns(layout, catalogue, assess), key=place)
 
@@ -179,11 +181,11 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
         if any(record is not None for record in records.flat):
             yield variable, _compact(variable.values(records), layout), {}
     elif layout.grid or axis in layout.refinements:
-        room: Room = ROOT if axis in layout.axes else "refinement"
-        variable = replace(declared.parameter_variable(parameter, (variable_name(name),)), room=room)
+        group: Group = ROOT if axis in layout.axes else "refinement"
+        variable = replace(declared.parameter_variable(parameter, (variable_name(name),)), group=group)
         yield variable, variable.values(_records(axis.values)), {}
     else:
-        variable = replace(declared.parameter_variable(parameter, POINTS), room=ROOT)
+        variable = replace(declared.parameter_variable(parameter, POINTS), group=ROOT)
         points = layout.runs_of_points[..., 0]
         yield variable, variable.values(_each(points, lambda cell: cell.coordinates[name])), {}
 
@@ -443,12 +445,12 @@ def _labelled(
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
-    return xr.Variable(dims[: values.ndim], values, {**variable.attributes, "room": variable.room, **more})
+    return xr.Variable(dims[: values.ndim], values, {**variable.attributes, "group": variable.group, **more})
 
 
 def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
     """Axes and parameters are coordinates; so is what labels a dimension or a limit, and a time."""
-    is_parameter = array.attrs["room"] == "inputs" or not array.dims
+    is_parameter = array.attrs["group"] == "inputs" or not array.dims
     is_time = array.name == declared.HISTORY_TIME.name
     return str(array.name).removeprefix(limits.PREFIX) in axes or array.dims == (array.name,) or is_parameter or is_time
 
@@ -516,16 +518,20 @@ def _collected(pairs: Iterable[tuple[str, Version]]) -> dict[str, list[Version]]
 # ---- files ---------------------------------------------------------------------------------------
 
 
-def _encoding(name: str, array: xr.Variable) -> dict[str, float | tuple[int, ...] | None]:
-    """float64 as it is, deflated lightly; coordinates and flags have no fill value (CF)."""
+def _encoding(name: str, array: xr.Variable) -> Encoding:
+    """float64 as it is, many values deflated lightly; coordinates and flags have no fill value (CF).
+
+    Many texts are arrays of letters, which are deflated too: as strings they were two fifths of a file.
+    """
+    packed: Encoding = {"zlib": True, "complevel": 1} if array.size >= FEW_VALUES else {}
     if array.dtype.kind in "OUT":
-        return {}
+        return {"dtype": "S1", **packed} if packed else {}
     # An auxiliary coordinate may have gaps, as the times after the end of a run; that of a dimension has none.
     number = array.dtype.kind == "f" and array.dims != (name,)
-    fill: dict[str, float | tuple[int, ...] | None] = {"_FillValue": np.nan if number else None}
-    if not array.dims:
+    fill: Encoding = {"_FillValue": np.nan if number else None}
+    if not packed:
         return fill
     # The whole variable, or as many rows of its first dimension as make a chunk.
     row = max(1, prod(array.shape[1:]))
     rows = min(array.shape[0], max(1, CHUNK_VALUES // row))
-    return {**fill, "zlib": True, "complevel": 1, "shuffle": True, "chunksizes": (rows, *array.shape[1:])}
+    return {**fill, **packed, "shuffle": True, "chunksizes": (rows, *array.shape[1:])}

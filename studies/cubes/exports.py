@@ -12,12 +12,12 @@ import xarray as xr
 
 from studies.cubes import points, reading
 from studies.cubes import variables as declared
+from studies.cubes.groups import as_tree
 from studies.cubes.long_texts import short_texts
-from studies.cubes.rooms import in_rooms
 from studies.quantities.files import write_text, zipped
 from studies.quantities.findings import MissingExtra
 
-RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
+RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.RUN_REASON, declared.FLAGS_OF_RUN)
 
 
 def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
@@ -35,7 +35,7 @@ def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
 
 
 def _first_names(dataset: xr.Dataset) -> list[str]:
-    """Identity, state and flags of a run, and its place on the axes."""
+    """Identity, state, reason of a failure and flags of a run, and its place on the axes."""
     axes = (*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split())
     return [*(variable.named() for variable in RUN_COLUMNS), *axes]
 
@@ -49,12 +49,12 @@ def _main_names(dataset: xr.Dataset) -> list[str]:
 
 
 def _every_name(dataset: xr.Dataset) -> list[str]:
-    """The variables with one value a run: identity, axes, what the root of the cube has, then room by room."""
+    """The variables with one value a run: identity, axes, what the root of the cube has, then group by group."""
     runs = dataset.run_state.dims
     of_runs = [
         str(name)
         for name, array in dataset.variables.items()
-        if array.dims == runs or (array.attrs["room"] == "inputs" and {*array.dims} <= {*runs})
+        if array.dims == runs or (array.attrs["group"] == "inputs" and {*array.dims} <= {*runs})
     ]
     return list(dict.fromkeys([*_first_names(dataset), *of_runs]))
 
@@ -88,7 +88,7 @@ def export_zarr(dataset: xr.Dataset, out: Path) -> Path:
         import zarr  # noqa: F401 # xarray would import it later
     except ImportError as error:
         raise MissingExtra(f"Zarr needs more libraries ({error}): pip install 'whipple[zarr]'") from None
-    tree = in_rooms(dataset.load().drop_encoding())  # chunks and filters of NetCDF mean nothing here
+    tree = as_tree(dataset.load().drop_encoding())  # chunks and filters of NetCDF mean nothing here
     tree.attrs.pop("digest", None)  # of the file that it was read from
     if out.suffix == ".zip":
         return zipped(lambda folder: tree.to_zarr(folder, zarr_format=2, consolidated=True), out)

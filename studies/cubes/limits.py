@@ -23,7 +23,7 @@ UNFINISHED = ("cancelled", "running", "pending", "missing")
 Searched = Sequence[tuple[Mapping[str, Value], SearchedLimit]]  # by the values of the other axes
 
 # A record is a ``SearchedLimit``; numbers have the unit of the axis.
-_of_search = partial(Variable, dims=(SEARCH,), room=ROOT)
+_of_search = partial(Variable, dims=(SEARCH,), group=ROOT)
 
 LIMIT = _of_search(
     "limit",
@@ -81,7 +81,7 @@ def columns_of(
         variable = parameter_variable(parameters[name], (SEARCH,))
         values = np.array([at[name] for at, _ in limits], object)
         label = f"{variable.label} (limit)"
-        variable = replace(variable, name=f"{PREFIX}{variable.name}", label=label, room=ROOT)
+        variable = replace(variable, name=f"{PREFIX}{variable.name}", label=label, group=ROOT)
         columns.append((variable, variable.values(values), {}))
     for variable in (LIMIT, LOWER, UPPER, COUNT, VERDICT, REASON):
         own = variable if variable.unit or variable.kind != "number" else replace(variable, unit=axis.unit)

@@ -17,7 +17,7 @@ def short_texts(dataset: xr.Dataset) -> dict[str, str]:
     texts = {
         str(text)
         for array in dataset.variables.values()
-        if array.attrs["room"] in (ROOT, "inputs") and array.dtype.kind in "OUT"
+        if array.attrs["group"] in (ROOT, "inputs") and array.dtype.kind in "OUT"
         for text in array.values.ravel()
     }
     return {text: shortened(text) for text in sorted(texts) if "\n" in text}

@@ -9,7 +9,7 @@ from typing import BinaryIO
 import xarray as xr
 from xarray import DataTree
 
-from studies.cubes.rooms import joined
+from studies.cubes.groups import joined
 from studies.cubes.variables import SCHEMA_VERSION
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
@@ -65,8 +65,8 @@ def _checked(tree: xr.DataTree) -> xr.DataTree:
     if (version := int(tree.attrs.get("schema_version", 0))) != SCHEMA_VERSION:
         raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
     if "runs" not in tree.children:
-        raise ValueError("this one has all variables in one room, as before 0.1.0: compute its sweep again")
-    for room in tree.subtree:
-        for axis in room.coords.values():
-            axis.encoding["_FillValue"] = None  # else xarray gives it one where a room is written again
+        raise ValueError("this one has all variables in one group, as before 0.1.0: compute its sweep again")
+    for group in tree.subtree:
+        for axis in group.coords.values():
+            axis.encoding["_FillValue"] = None  # else xarray gives it one where a group is written again
     return tree

@@ -1,4 +1,4 @@
-"""A variable of the cube: name, dimensions, unit, meaning, room, and how its values are picked from records."""
+"""A variable of the cube: name, dimensions, unit, meaning, group, and how its values are picked from records."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -12,10 +12,10 @@ VariableKind = Literal["number", "integer", "text", "flag", "mask"]
 DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
 EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
 
-# The groups of the file (``rooms``); the first is its root.
-Room = Literal["", "laws", "observations", "refinement", "quantities", "runs", "inputs"]
-ROOMS: tuple[Room, ...] = get_args(Room)
-ROOT = ROOMS[0]
+# Of the file (``groups``); the first is its root.
+Group = Literal["", "laws", "observations", "refinement", "quantities", "runs", "inputs"]
+GROUPS: tuple[Group, ...] = get_args(Group)
+ROOT = GROUPS[0]
 LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
 
 # Lengths that the field states over the diameter of the projectile, as it writes them.
@@ -51,7 +51,7 @@ class Variable:
     # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
     meanings: tuple[str, ...] = ()
     label: str = ""  # a few words for an axis; by default the meaning, or the name where that is long
-    room: Room = "quantities"
+    group: Group = "quantities"
 
     @property
     def long_name(self) -> str:
@@ -93,7 +93,7 @@ class Variable:
             unit=self.unit and self.unit.format(**filling),
             meaning=self.meaning.format(**filling),
             label=self.label.format(**filling),
-            room=self.room or (ROOT if quantity.first else "quantities"),
+            group=self.group or (ROOT if quantity.first else "quantities"),
         )
 
     def named(self, quantity: str = "") -> str:

@@ -59,7 +59,7 @@ def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
     pick = str if kind == "text" else float
     name = variable_name(parameter.name)
     label = parameter.name.replace("_", " ").replace(".", " ")
-    return Variable(*(name, parameter.meaning, pick, dims, parameter.unit, kind), label=label, room="inputs")
+    return Variable(*(name, parameter.meaning, pick, dims, parameter.unit, kind), label=label, group="inputs")
 
 
 def observed_parameter(parameter: Parameter) -> Variable:
@@ -71,21 +71,21 @@ def observed_parameter(parameter: Parameter) -> Variable:
         name=f"observation_{variable.name}",
         meaning=meaning,
         label=f"{variable.label} (shot)",
-        room="observations",
+        group="observations",
     )
 
 
 # ---- of a run: a record is a cell ----------------------------------------------------------------
 
-_text_of_run = partial(Variable, dims=RUNS, kind="text", room="runs")
-_number_of_run = partial(Variable, dims=RUNS, room="runs")
+_text_of_run = partial(Variable, dims=RUNS, kind="text", group="runs")
+_number_of_run = partial(Variable, dims=RUNS, group="runs")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
 STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
 RUN_STATE = Variable(
-    *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, room=ROOT
+    *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group=ROOT
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
@@ -94,7 +94,7 @@ FLAGS_OF_RUN = Variable(
     RUNS,
     kind="mask",
     meanings=RUN_FLAGS,
-    room=ROOT,
+    group=ROOT,
 )
 OF_RUN = (RUN_ID, RUN_STATE, RUN_REASON, RUN_FAILURE, FLAGS_OF_RUN, STOP_REASON)
 # Of its computation, for the report and the table of runs (``cube.with_computation``); a record is its provenance.
@@ -104,14 +104,14 @@ SOLVER_SECONDS = _number_of_run(
 SOLVER_THREADS = _number_of_run(
     "solver_threads", "threads that computed the run", lambda made_by: made_by.get("threads"), unit="1"
 )
-RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer", room=ROOT)
+RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer", group=ROOT)
 EQUIVALENT_DIAMETER = _number_of_run(
     "equivalent_diameter",
     "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
     lambda cell: getattr(cell.shot, "projectile_diameter", None),
     unit="m",
     label="equivalent diameter of the projectile",
-    room=ROOT,
+    group=ROOT,
 )
 
 
@@ -141,7 +141,7 @@ def distribution_variable(distribution: Distribution) -> Variable:
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
 _words = partial(Variable, dims=RUNS, kind="text")
 
-VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", room=ROOT)
+VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group=ROOT)
 # As read off the grid of its run, where the expected mesh error is taken off the value.
 RAW = _measured(
     "{quantity}_raw",
@@ -161,7 +161,7 @@ FLAGS = Variable(
     kind="mask",
     meanings=COMMON_FLAGS,
     label="{words}, warnings",
-    room=ROOT,
+    group=ROOT,
 )
 HISTORY = Variable(
     "{quantity}_history",
@@ -190,7 +190,7 @@ ERROR_BAR = Variable(
     POINTS,
     "{unit}",
     label="{words}, error bar",
-    room=ROOT,
+    group=ROOT,
 )
 
 
@@ -211,7 +211,7 @@ MODEL_PART = _measured(
     "standard uncertainty of {quantity} due to strength and equation of state; NaN: not assessed",
     lambda assessed: assessed.uncertainty,
     label="{words}, model part",
-    room=ROOT,
+    group=ROOT,
 )
 MODEL_REASON = _words(
     "{quantity}_model_part_reason",
@@ -292,7 +292,7 @@ DEFINITION_PART = Variable(
 
 # ---- of a quantity at a point: a record is its convergence ---------------------------------------
 
-_converged = partial(Variable, dims=POINTS, unit="{unit}", room="refinement")
+_converged = partial(Variable, dims=POINTS, unit="{unit}", group="refinement")
 _pure = partial(_converged, unit="1")
 
 CONVERGED = _converged(
@@ -352,7 +352,7 @@ VERDICT = Variable(
     kind="flag",
     meanings=VERDICT_WORDS,
     label="{words}, verdict",
-    room="refinement",
+    group="refinement",
 )
 VERDICT_REASON = Variable(
     "{quantity}_converged_reason",
@@ -361,7 +361,7 @@ VERDICT_REASON = Variable(
     POINTS,
     kind="text",
     label="{words}, reason",
-    room="refinement",
+    group="refinement",
 )
 NUMBERS_OF_CONVERGENCE = (
     CONVERGED,
@@ -387,7 +387,7 @@ def _over_diameter(length: Variable) -> Variable:
         pick=lambda ratio: ratio,
         unit="1",
         label=length.label.replace("{words}", "{symbol}"),
-        room=length.room or "quantities",
+        group=length.group or "quantities",
     )
 
 
@@ -398,9 +398,9 @@ CONVERGED_UNCERTAINTY_OVER_DIAMETER = _over_diameter(CONVERGED_UNCERTAINTY)
 
 # ---- of a law: a record is a law with one of its variants, or its answer -------------------------
 
-_of_law = partial(Variable, dims=(LAW,), room="laws")
+_of_law = partial(Variable, dims=(LAW,), group="laws")
 _text_of_law = partial(_of_law, kind="text")
-_answer = partial(Variable, dims=(*POINTS, LAW), room="laws")
+_answer = partial(Variable, dims=(*POINTS, LAW), group="laws")
 EQUATION = "equation: "  # before the word of confidence: it is not about the constants of a material
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
@@ -486,7 +486,7 @@ OF_LAWS = (
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
 
-_of_shot = partial(Variable, dims=(OBSERVATION,), room="observations")
+_of_shot = partial(Variable, dims=(OBSERVATION,), group="observations")
 
 OBSERVATION_NUMBER = _of_shot(OBSERVATION, "number of the shot", int, kind="integer")
 OBSERVATION_SOURCE = _of_shot(
@@ -531,12 +531,12 @@ OBSERVED_LAW_LABEL = Variable(
     (OBSERVED_LAW,),
     kind="text",
     label="law and variant of a shot",
-    room="observations",
+    group="observations",
 )
-_of_observed_law = partial(replace, dims=(OBSERVED_LAW,), room="observations")
+_of_observed_law = partial(replace, dims=(OBSERVED_LAW,), group="observations")
 OBSERVED_LAW_TITLE = _of_observed_law(LAW_TITLE, name="{quantity}_observed_law_title")
 OBSERVED_LAW_CONFIDENCE = _of_observed_law(LAW_CONFIDENCE, name="{quantity}_observed_law_confidence")
-_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW), room="observations")
+_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW), group="observations")
 BY_LAW_AT_OBSERVATION = _at_observation(
     BY_LAW,
     name="{quantity}_by_law_at_observation",

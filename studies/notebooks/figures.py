@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from studies.cubes.groups import joined
 from studies.cubes.points import axes_of, is_same, plain
 from studies.cubes.reading import flag_words, quantities_of
-from studies.cubes.rooms import joined
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.units import parse_quantity, readable
 from studies.reports.figure import Figure

@@ -160,7 +160,7 @@ def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[
         return {
             str(name): plain(array.item())
             for name, array in cube.coords.items()
-            if not array.dims and name not in axes and array.attrs["room"] == "inputs"
+            if not array.dims and name not in axes and array.attrs["group"] == "inputs"
         }
 
     mine, other = fixed(first), fixed(second)

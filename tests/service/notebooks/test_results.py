@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Drawing
 
 import whipple
 from service.notebooks.folder import SweepFolder
+from studies.cubes.groups import as_tree
 from studies.cubes.opening import open_file, whole_cube
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
@@ -64,11 +65,28 @@ def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp
     assert figures.drawing("hole_diameter_laws").axes
 
 
+def test_cube__is_selected_by_values_with_units_and_its_table_has_words(folder: SweepFolder) -> None:
+    with whipple.open_cube(folder) as cube:
+        part = cube.whipple.sel(speed=["3 km/s", 4e3], plate_thickness="2 mm")
+        assert dict(part["laws"].hole_diameter_by_law.sizes) == {"speed": 2, "hole_diameter_law": 7}
+        assert part.whipple.sel(speed=slice("3.5 km/s", "9 km/s")).speed.values.tolist() == [4e3]
+        with pytest.raises(InvalidInput, match="2 km/s, 3 km/s"):
+            cube.whipple.sel(speed="3.5 km/s")
+        with pytest.raises(InvalidInput, match="did you mean 'plate_thickness'"):
+            cube.whipple.sel(plate_thicknes="2 mm")
+        table = cube.whipple.to_dataframe()
+        assert table.index.names == ["speed", "plate_thickness"]
+        assert "equivalent_diameter" not in table
+    trouble = as_tree(fakes.cube_of(fakes.holes(), fakes.with_trouble(fakes.holes()))).whipple.to_dataframe()
+    assert trouble.run_state.tolist()[:3] == ["failed", "cancelled", "succeeded"]
+    assert trouble.hole_diameter_flags.tolist()[3] == "not_perforated"
+
+
 @pytest.mark.parametrize("is_remote", [False, True])
 def test_open_cube__refuses_one_of_another_layout(is_remote: bool, folder: SweepFolder, tmp_path: Path) -> None:
     older = tmp_path / "cube.nc"
     whole_cube(folder).to_netcdf(older)
-    with pytest.raises(InvalidInput, match="all variables in one room.*: compute its sweep again"):
+    with pytest.raises(InvalidInput, match=r"all variables in one group.*: compute its sweep again"):
         open_file(older.open("rb"), "http://127.0.0.1/cube.nc") if is_remote else whipple.open_cube(tmp_path)
 
 

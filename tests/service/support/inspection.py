@@ -178,7 +178,9 @@ def count_variables(file: Path) -> int:
 
 def _variables(cube: xr.DataTree) -> dict[str, xr.Variable]:
     """The variables of all groups, by their paths."""
-    return {f"{room.path}/{name}".lstrip("/"): each for room in cube.subtree for name, each in room.variables.items()}
+    return {
+        f"{group.path}/{name}".lstrip("/"): each for group in cube.subtree for name, each in group.variables.items()
+    }
 
 
 def _same_bits(first: xr.Variable, second: xr.Variable) -> bool:

@@ -14,10 +14,10 @@ import xarray as xr
 from studies import laws
 from studies.cubes import audit, cube
 from studies.cubes.exports import runs_csv
+from studies.cubes.groups import as_tree
 from studies.cubes.growing import still_growing
 from studies.cubes.opening import open_tree, whole_cube
-from studies.cubes.rooms import in_rooms
-from studies.cubes.variable import LONGEST_LABEL, ROOMS
+from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
 from studies.runs.results import RunResult
@@ -196,6 +196,7 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     assert kinetic.isel(speed=1).isnull().all()
 
 
+@pytest.mark.claim("contract", "groups-are-cf")
 @pytest.mark.parametrize(
     "case", claimed(("grid", "zip", "words", "refined", "nothing"), ("grid",), "cube", "cube-is-cf")
 )
@@ -212,10 +213,10 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
     file = cube.write(dataset, tmp_path / "cube.nc")
     xr.testing.assert_equal(whole_cube(file), dataset)
     with open_tree(file) as tree:
-        for room in tree.subtree:
-            own = tmp_path / f"{room.name or 'root'}.nc"
-            room.to_dataset().to_netcdf(own)
-            assert compliance.complaints(own) == [], room.path
+        for group in tree.subtree:
+            own = tmp_path / f"{group.name or 'root'}.nc"
+            group.to_dataset().to_netcdf(own)
+            assert compliance.complaints(own) == [], group.path
 
 
 @pytest.fixture(scope="module")
@@ -229,12 +230,12 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
 @pytest.mark.claim("cube", "cube-reads")
 def test_cube__is_printed_from_its_main_results_on(written: xr.Dataset) -> None:
     """A cube is printed with its main results first, one of each point, and its groups in their order."""
-    tree = in_rooms(written)
+    tree = as_tree(written)
     assert list(tree.data_vars)[:2] == ["hole_diameter", "hole_diameter_uncertainty"]
     assert tree.hole_diameter.dims == ("speed",)
     assert tree["refinement"].hole_diameter.dims == ("speed", "cells_per_diameter", "offset")
     np.testing.assert_array_equal(tree.hole_diameter, written.hole_diameter_converged)
-    assert [*tree.children] == list(ROOMS[1:])
+    assert [*tree.children] == list(GROUPS[1:])
 
 
 @pytest.mark.claim("cube", "cube-reads")
