@@ -67,9 +67,11 @@ def _folder_of(computed: os.PathLike[str]) -> Any:
     return Path(computed)
 
 
-def open_cube(path: str | Path) -> "xarray.Dataset":
+def open_cube(path: str | Path) -> "xarray.DataTree":
     """Open the cube of a sweep: ``path`` is a ``cube.nc``, a folder that holds one, or its address.
 
+    The root has axes and main quantities, and its groups the rest: ``cube["laws"]``, ``cube["runs"]`` and others.
+    ``cube.whipple.sel(speed="6 km/s")`` selects with units, ``cube.whipple.to_dataframe()`` is a table, and
     ``cube.whipple.plot_laws()`` and ``cube.whipple.plot()`` draw the figures of its report.
 
     An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at; that needs ``pip install
@@ -83,9 +85,9 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
         key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))
         is_own = str(path).startswith(f"{service.rstrip('/')}/") or urlsplit(str(path)).hostname in LOOPBACK
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key and is_own else {})
-    from studies.cubes.reading import open_lazily
+    from studies.cubes.opening import open_tree
 
-    return open_lazily(Path(path))
+    return open_tree(Path(path))
 
 
 def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:

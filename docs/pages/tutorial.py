@@ -1,6 +1,6 @@
-"""tutorial.md: the cells of the notebook with what they print and draw, executed once.
+"""tutorial.md and cube.md: the cells of each notebook with what they print and draw, executed once.
 
-``python -m docs.pages compute tutorial`` executes them in an empty folder, in seconds.
+``python -m docs.pages compute tutorial`` executes them, each notebook in an empty folder, in seconds.
 """
 
 import ast
@@ -15,23 +15,24 @@ from typing import Any
 
 from docs.pages import DOCS, RESULTS, keep, read_json
 
-NOTEBOOK = DOCS / "tutorial.ipynb"
-STORED = RESULTS / "tutorial.json"
+NOTEBOOKS = ("tutorial", "cube")
 SILENCED = re.compile(r";(?=\s*(?:#.*)?\Z)")  # the value of the last line, of which a notebook prints nothing
 
 
 def compute(directory: Path | None = None) -> None:
-    """What each cell prints, into ``docs/results/tutorial.json``, and the figure that it draws, into docs/gallery."""
+    """What each cell prints, into ``docs/results``, and the figure that it draws, into docs/gallery."""
     import matplotlib
 
     matplotlib.use("svg")
-    namespace: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory() as temporary, contextlib.chdir(directory or temporary):
-        cells = [_executed(number, source, namespace) for number, source in enumerate(_code())]
-    keep({"cells": cells}, STORED)
+    for notebook in NOTEBOOKS:
+        namespace: dict[str, Any] = {}
+        with tempfile.TemporaryDirectory() as temporary, contextlib.chdir(directory or temporary):
+            code = ("".join(cell["source"]) for cell in _cells(notebook) if cell["cell_type"] == "code")
+            cells = [_executed(f"{notebook}-{number}", source, namespace) for number, source in enumerate(code)]
+        keep({"cells": cells}, RESULTS / f"{notebook}.json")
 
 
-def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, str]:
+def _executed(name: str, source: str, namespace: dict[str, Any]) -> dict[str, str]:
     """Output of a cell: what it prints, the value of its last line, and the name of its figure."""
     from matplotlib import pyplot
 
@@ -45,7 +46,7 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
             value = eval(compile(ast.Expression(last.value), "cell", "eval"), namespace)
         else:
             exec(compile(ast.Module([last], []), "cell", "exec"), namespace)
-        figure = f"tutorial-{number}.png" if pyplot.get_fignums() else ""
+        figure = f"{name}.png" if pyplot.get_fignums() else ""
         if figure:
             pyplot.savefig(DOCS / "gallery" / figure, dpi=110, transparent=True, metadata={"Software": None})
             pyplot.close("all")
@@ -54,22 +55,18 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
     return {"output": printed.getvalue().replace(os.getcwd(), "."), "figure": figure}
 
 
-def _cells() -> list[dict[str, Any]]:
-    return list(read_json(NOTEBOOK)["cells"])
-
-
-def _code() -> list[str]:
-    return ["".join(cell["source"]) for cell in _cells() if cell["cell_type"] == "code"]
+def _cells(notebook: str) -> list[dict[str, Any]]:
+    return list(read_json(DOCS / f"{notebook}.ipynb")["cells"])
 
 
 def pages() -> dict[str, str]:
-    """tutorial.md."""
-    return {"tutorial.md": "\n".join(_parts())}
+    """The page of each notebook."""
+    return {f"{notebook}.md": "\n".join(_parts(notebook)) for notebook in NOTEBOOKS}
 
 
-def _parts() -> Iterator[str]:
-    outputs = iter(read_json(STORED)["cells"])
-    for cell in _cells():
+def _parts(notebook: str) -> Iterator[str]:
+    outputs = iter(read_json(RESULTS / f"{notebook}.json")["cells"])
+    for cell in _cells(notebook):
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
             yield f"{source.strip()}\n"

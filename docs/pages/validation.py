@@ -21,7 +21,7 @@ from studies.cases import validation
 from studies.cases.compared import Line, Picture
 from studies.cases.comparison import Comparison
 from studies.cases.pages import HEADERS, cells, draw
-from studies.cubes.reading import open_cube
+from studies.cubes.opening import whole_cube
 from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"
@@ -52,7 +52,7 @@ def _computed(chosen: str, place: Path) -> dict[str, Any]:
     showing = nullcontext(lambda status: None)
     rows = [plain(row.as_json()) for _, row in validated(selected([name]), level, place, settings, lambda _: showing)]
     case = validation.load(name)
-    cubes = {sweep: open_cube(place / name / sweep) for sweep in case.sweeps(level)}
+    cubes = {sweep: whole_cube(place / name / sweep) for sweep in case.sweeps(level)}
     pictures = [_kept(picture) for picture in case.pictures(cubes)] if level == LEVEL else []
     return {"physics_version": PHYSICS_VERSION, "rows": rows, "pictures": pictures}
 

@@ -9,7 +9,7 @@ from studies.cases import validation
 from studies.cases.comparison import Comparison
 from studies.cases.pages import ComputedCase, write_page
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
-from studies.cubes.reading import open_cube
+from studies.cubes.opening import whole_cube
 
 STORE = STORE_OF_FOLDER
 
@@ -45,7 +45,7 @@ def _computed(
     named, waiting = {case.name: case for case in cases}, dict[str, Cubes]()
     for place, finished in run_sweeps(documents, out, showing=showing, settings=settings):
         case_name, name = place.split("/")
-        case, cubes = named[case_name], {**waiting.get(case_name, {}), name: open_cube(finished.folder)}
+        case, cubes = named[case_name], {**waiting.get(case_name, {}), name: whole_cube(finished.folder)}
         waiting[case_name] = cubes
         if len(cubes) == len(case.sweeps(level)):
             yield case, cubes

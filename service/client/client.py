@@ -39,7 +39,7 @@ from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_sweep_file, with_files
 
 if TYPE_CHECKING:
-    from studies.cubes.reading import Dataset
+    from studies.cubes.opening import DataTree
     from studies.notebooks.figures import Figures
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
@@ -342,7 +342,7 @@ class SweepHandle:
         _folder(Path(file).parent)
         return self._connection.download(f"{self._path}/{ARCHIVE}", Path(file), check=_check_archive)
 
-    def open_cube(self) -> "Dataset":
+    def open_cube(self) -> "DataTree":
         """The cube, opened remotely: accessed values are loaded, not the file.
 
         A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the

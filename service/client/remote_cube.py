@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
-    from studies.cubes.reading import Dataset
+    from studies.cubes.opening import DataTree
 
 BLOCK = 1 << 18  # bytes per request
 
 
-def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
+def open_remote(url: str, headers: Mapping[str, str]) -> "DataTree":
     """The dataset at an address; closing it closes the connection. Raises MissingExtra and InvalidInput."""
     try:
         import fsspec
@@ -24,7 +24,7 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
         raise MissingExtra(
             f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; or fetch the cube"
         ) from None
-    from studies.cubes.reading import open_file
+    from studies.cubes.opening import open_file
 
     file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
     return open_file(file.open(), url)

@@ -306,10 +306,10 @@ def _outcome(run: Outcome) -> Mapping[str, JsonValue]:
 
 def _zarr(inputs: FileInputs, file: Path) -> None:
     from studies.cubes.exports import export_zarr
-    from studies.cubes.reading import open_cube
+    from studies.cubes.opening import whole_cube
 
     [cube] = sources_of(inputs).values()
-    export_zarr(open_cube(cube), file)
+    export_zarr(whole_cube(cube), file)
 
 
 def sources_of(inputs: FileInputs) -> dict[str, Path]:

@@ -38,7 +38,7 @@ def export(
 ) -> None:
     """Convert film and final state of a run to VTK files or a moving picture, or a cube to Zarr and CSV."""
     from studies.cubes.exports import export_csv, export_zarr
-    from studies.cubes.reading import open_cube
+    from studies.cubes.opening import whole_cube
     from studies.films.animation import animate
     from studies.films.exports import export_vtk, files_of
     from studies.films.film_dataset import open_film
@@ -52,7 +52,7 @@ def export(
     if movie:
         written.append(animate(open_film(source), movie, field, fps))
     if zarr or csv:
-        cube = open_cube(source)
+        cube = whole_cube(source)
         written += [export_zarr(cube, zarr)] if zarr else []
         written += [export_csv(cube, csv)] if csv else []
     print("open " + ", ".join(map(str, written)))

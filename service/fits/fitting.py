@@ -91,13 +91,13 @@ def surrogate(
     as_json: Json = False,
 ) -> None:
     """Interpolate the runs of a cube with an error, and say which axis matters. Needs the extra 'surrogate'."""
-    from studies.cubes.reading import open_cube
+    from studies.cubes.opening import whole_cube
     from studies.fits.indices import indices_of_surrogate
     from studies.fits.surrogate import as_json as plain
     from studies.fits.surrogate import check_extra, main_quantity, surrogate_of
 
     check_extra()
-    dataset = open_cube(cube)
+    dataset = whole_cube(cube)
     made = surrogate_of(dataset, main_quantity(dataset, quantity))
     place = made.runs.read_place(at) if at else None
     prediction = None if place is None else made.predict(place[None])
@@ -179,14 +179,14 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
-    from studies.cubes.reading import open_cube
+    from studies.cubes.opening import whole_cube
     from studies.fits.forms import SIZES
     from studies.fits.measured import of_cube, of_table, quantities_of
 
     if source.lower().endswith(TABLES) or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
     else:
-        dataset = open_cube(Path(source))
+        dataset = whole_cube(Path(source))
         every = [of_cube(dataset, name) for name in quantities_of(dataset, SIZES)]
     chosen = [measured for measured in every if quantity in (None, measured.quantity)]
     if not chosen:

@@ -15,7 +15,7 @@ from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
     from service.records.jobs import SweepStatus
-    from studies.cubes.reading import Dataset
+    from studies.cubes.opening import DataTree
     from studies.notebooks.figures import Figures
 
 
@@ -52,12 +52,12 @@ class SweepFolder(PosixPath):
         ]
         return table(document["title"], rows)
 
-    def open_cube(self) -> "Dataset":
-        """The cube, in memory; raises InvalidInput where there is none."""
+    def open_cube(self) -> "DataTree":
+        """The cube, as it is looked at; raises InvalidInput where there is none."""
         import studies.notebooks.figures  # noqa: F401 # its figures: cube.whipple
-        from studies.cubes.reading import open_cube
+        from studies.cubes.opening import open_tree
 
-        return open_cube(Path(self, CUBE))
+        return open_tree(Path(self, CUBE))
 
     def plot(self) -> "Figures":
         """The figures of the report."""

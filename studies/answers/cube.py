@@ -16,15 +16,18 @@ if TYPE_CHECKING:
 
 
 def cube_of(question: Question) -> "xr.Dataset":
-    """The laws' values in SI over (law, axes); a question without axes has the dimension ``law`` alone.
+    """The laws' values in SI over axes and law, by the names of a cube's group ``laws``.
 
-    For each quantity ``hole_diameter`` there are ``hole_diameter`` (NaN where a law means nothing),
-    ``hole_diameter_low`` and ``hole_diameter_high`` over the law's stated variants, ``hole_diameter_in_range``, and
-    ``hole_diameter_outside`` with the reasons. A shield has ``probability`` too, ``easier_failed`` and
-    ``harder_held``, and the sizes that are just safe: ``safe_wall_thickness_by_risk`` over (risk, axes),
-    ``safe_wall_thickness_by_law`` and so on, NaN with a reason (``..._reason``) where there is none.
+    For each quantity ``hole_diameter`` there are ``hole_diameter_by_law`` (NaN where a law means nothing) over
+    ``hole_diameter_law``, ``hole_diameter_by_law_low`` and ``_high`` over the law's stated variants,
+    ``hole_diameter_by_law_in_range``, and ``hole_diameter_by_law_reason``. A shield has ``probability`` too,
+    ``easier_failed`` and ``harder_held``, and the sizes that are just safe: ``safe_wall_thickness_by_risk`` over
+    (axes, risk), ``safe_wall_thickness_by_law`` and so on, NaN with a reason (``..._reason``) where there is none.
     """
     import xarray as xr
+
+    from studies.cubes import variables as cubes
+    from studies.cubes.variable import Quantity
 
     every = list(answers(question))
     names = tuple(axis.name for axis in question.axes)
@@ -36,25 +39,28 @@ def cube_of(question: Question) -> "xr.Dataset":
     variables: dict[str, Variable] = {}
     for place, quantity in enumerate(every[0].quantities):
         laws = sorted((answer.law for answer in quantity.laws), key=lambda law: law.name)
-        dim = f"law_of_{quantity.quantity}"
+        asked = Quantity(quantity.quantity, quantity.unit, quantity.title)
+        dim = cubes.LAW_LABEL.named(asked.name)
         coordinates[dim] = (dim, [law.name for law in laws], {})
-        coordinates[f"title_of_{dim}"] = (dim, [law.title for law in laws], {})
-        coordinates[f"source_of_{dim}"] = (dim, [law.source for law in laws], {})
+        coordinates[cubes.LAW_TITLE.named(asked.name)] = (dim, [law.title for law in laws], {})
+        coordinates[cubes.LAW_SOURCE.named(asked.name)] = (dim, [law.source for law in laws], {})
         by_name = [{law.law.name: law for law in answer.quantities[place].laws} for answer in every]
         rows = [by_law[law.name] for law in laws for by_law in by_name]  # the last axis fastest
         shape, dims = (len(laws), *question.shape), (dim, *names)
-        about = {"units": quantity.unit, "long_name": quantity.title}
-        numbers = np.array([(row.value, row.low, row.high) for row in rows]).T.reshape(3, *shape)
-        name = quantity.quantity
-        variables |= {f"{name}{end}": (dims, numbers[at], about) for at, end in enumerate(("", "_low", "_high"))}
-        inside = np.array([row.in_range for row in rows], np.int8).reshape(shape)
-        variables[f"{name}_in_range"] = (dims, inside, {"flag_values": [0, 1], "units": "1"})
-        outside = np.array([row.outside for row in rows], np.object_).reshape(shape)
-        variables[f"{name}_outside"] = (dims, outside, {})
+        for variable, end, values in (
+            (cubes.BY_LAW, "", np.array([row.value for row in rows])),
+            (cubes.BY_LAW, "_low", np.array([row.low for row in rows])),
+            (cubes.BY_LAW, "_high", np.array([row.high for row in rows])),
+            (cubes.BY_LAW_IN_RANGE, "", np.array([row.in_range for row in rows], np.int8)),
+            (cubes.BY_LAW_REASON, "", np.array([row.outside for row in rows], np.object_)),
+        ):
+            about = variable.filled(asked).attributes
+            variables[f"{variable.named(asked.name)}{end}"] = (dims, values.reshape(shape), about)
     additions = [answer.addition for answer in every if answer.addition]
     added = targets()[question.target].variables(additions, names, question.shape)
     coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
-    return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
+    dataset = xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
+    return dataset.transpose(*names, ...)
 
 
 def netcdf(question: Question) -> bytes:
@@ -66,7 +72,7 @@ def netcdf(question: Question) -> bytes:
 
 
 def laws(**parameters: Plain) -> "xr.Dataset":
-    """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
+    """What every published law says of a shot, or of many, without a run: values in SI over axes and law.
 
     Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
     ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
@@ -76,7 +82,7 @@ def laws(**parameters: Plain) -> "xr.Dataset":
     >>> import whipple
     >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")
     >>> answer = whipple.laws(speed=["3 km/s", "6 km/s"], **shot)
-    >>> (1e3 * answer.hole_diameter.sel(law_of_hole_diameter="maiden_al")).round(2).values.tolist()
+    >>> (1e3 * answer.hole_diameter_by_law.sel(hole_diameter_law="maiden_al")).round(2).values.tolist()
     [8.16, 11.83]
     """
     return cube_of(read_question(parameters))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 # Dimensions, values and attributes.
-Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | list[int]]]"
+Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | np.ndarray]]"
 Variables = Mapping[str, Variable]
 Words = Mapping[str, Callable[..., Plain] | tuple[str, ...]]  # what templates call
 

@@ -165,6 +165,10 @@ SCENARIO = Scenario(
     description="A sphere or cylinder perforates a plate at right angles; the debris is measured at a stated time.",
     parameters=DebrisCloud,
     materials=("projectile", "target"),
+    first=(
+        *("tip_velocity_percent", "rear_velocity", "cloud_radius"),
+        *("cloud_length", "momentum_behind", "melted_share_behind"),
+    ),
     measurements=(
         "tip_velocity_percent",
         "tip_velocity_permille",

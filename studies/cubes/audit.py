@@ -35,7 +35,7 @@ class AuditNumber:
             RUNS,
             self.unit,
             label=self.name.replace("_", " "),
-            group="audit",
+            group="runs",
         )
 
 
@@ -123,7 +123,6 @@ class RunHistory:
             (*RUNS, BODY, "sample") if self.by_body else (*RUNS, "sample"),
             self.unit,
             label=f"{self.name.replace('_', ' ')}, history",
-            group="history",
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from studies import laws, measurements
-from studies.cubes.variable import Quantity
+from studies.cubes.variable import Quantity, is_reading
 from studies.laws import Law, LawValue, Shot
 from studies.observations import Observation
 from studies.observations.compared import ComparedShots
@@ -17,6 +17,8 @@ from studies.quantities.parameters import Parameter, Plain, declared
 from studies.runs.run import Run
 from studies.sweeps.reading import vocabulary
 from studies.sweeps.sweep import Sweep
+
+MOST_FIRST = 6  # quantities at the root of a cube, where the scenario names none
 
 
 @dataclass(frozen=True)
@@ -97,12 +99,13 @@ def catalogue_of(sweep: Sweep) -> Catalogue:
     }
     asked = [name for name in allowed.quantities if scenario.is_asked(name, {*axes, *sweep.fixed})]
     measured = map(measurements.load, asked)
+    first = scenario.first or [name for name in asked if not is_reading(name, asked)][:MOST_FIRST]
     critical = [diameter for outcome, diameter in laws.critical().items() if outcome in allowed.quantities]
     used = [sweep.material(name) for name in dict.fromkeys(name for names in sweep.roles().values() for name in names)]
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
-        quantities={m.name: Quantity(m.name, m.unit, m.meaning, m.outcomes) for m in measured},
+        quantities={m.name: Quantity(m.name, m.unit, m.meaning, m.outcomes, m.name in first) for m in measured},
         laws=[
             *(law for name in (*allowed.quantities, *critical) for law in laws.answering(name)),
             *(fitted.as_law() for fitted in sweep.laws),

@@ -4,10 +4,8 @@ Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the a
 resolutions and offsets, where a sweep names several; what converges over these lies over the axes alone. Every run
 keeps its cell: one that has no result is NaN, with ``run_state`` and ``run_reason`` saying why.
 
-All variables stand in the root of the file, told apart by their attribute ``group``, and not in a tree of NetCDF
-groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's ``ncread`` take every variable with its coordinates by its
-plain name, while ``open_dataset`` shows the root of a tree alone. The laws are evaluated here, so that
-``xarray.open_dataset("cube.nc")`` alone redoes the report.
+The file is a tree (``groups``). Before and behind it the variables stand in one dataset, each with the name of its
+group as an attribute. The laws are evaluated here, so that the file alone redoes the report.
 """
 
 import json
@@ -28,15 +26,18 @@ from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, Observed, answers, catalogue_of
 from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_parts, lay_out
+from studies.cubes.groups import as_tree
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
     GROUPS,
     OUTCOMES,
     POINTS,
+    ROOT,
     RUNS,
     SYMBOLS,
     Column,
+    Group,
     Quantity,
     Variable,
     variable_name,
@@ -51,13 +52,14 @@ from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import Sweep
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
+FEW_VALUES = 512  # fewer take more space in a chunk, with its index, than as they are
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
-WITH_COORDINATES = ("result", "history")  # groups whose variables list their coordinates in the file
 # Provenance that is no version of anything.
 ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
 Version = TypeVar("Version", int, str)
+Encoding = dict[str, float | str | tuple[int, ...] | None]
 
 
 def build(
@@ -106,7 +108,7 @@ def with_computation(dataset: xr.Dataset, results: Results) -> xr.Dataset:
     ids = dataset[declared.RUN_ID.name].variable
     made_by = _each(ids.values.astype(object), lambda id: results.get(id, MISSING).provenance)
     times = {
-        variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
+        variable.name: xr.Variable(ids.dims, variable.values(made_by), {**variable.attributes, "group": variable.group})
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
     }
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -118,15 +120,15 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
     A half-written NetCDF-4 file opens and reads as NaN, so nothing is written in place.
     """
-    encoding = {str(name): _encoding(str(name), array) for name, array in dataset.variables.items()}
-    dataset = dataset.copy()
-    for name, array in dataset.data_vars.items():
-        # Results name their coordinates; in every other variable the list would only take space.
-        if array.attrs["group"] not in WITH_COORDINATES:
-            dataset[name].encoding["coordinates"] = None
+    tree = as_tree(dataset)
+    encoding = {
+        group.path: {
+            str(name): _encoding(str(name), array) for name, array in group.to_dataset(inherit=False).variables.items()
+        }
+        for group in tree.subtree
+    }
     return write_atomically(
-        path,
-        lambda file: dataset.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding, unlimited_dims=()),
+        path, lambda file: tree.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding)
     )
 
 
@@ -134,7 +136,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
 
 def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess) -> list[Column]:
-    """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
+    """The columns as a reader wants them: group by group, axes first, and quantities of laws."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
     others = tuple(name for name in catalogue.quantities if name not in main)
@@ -151,7 +153,6 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Sweep, assess: Assess
 def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[Column]:
     for parameter in catalogue.parameters.values():
         yield from _of_parameter(layout, parameter)
-    yield from _of_runs(layout)
     shots = _each(layout.runs_of_points[..., 0], lambda cell: cell.shot)
     if samples := _samples(layout):
         times = _each(layout.cells, _times)
@@ -164,6 +165,7 @@ def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[C
         yield from _of_laws(quantity, catalogue, shots)
     for quantity in catalogue.critical:
         yield from _of_laws(quantity, catalogue, shots)
+    yield from _of_runs(layout)
     if catalogue.observations:
         yield from _of_observations(catalogue)
 
@@ -179,10 +181,11 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
         if any(record is not None for record in records.flat):
             yield variable, _compact(variable.values(records), layout), {}
     elif layout.grid or axis in layout.refinements:
-        variable = declared.parameter_variable(parameter, (variable_name(name),))
+        group: Group = ROOT if axis in layout.axes else "refinement"
+        variable = replace(declared.parameter_variable(parameter, (variable_name(name),)), group=group)
         yield variable, variable.values(_records(axis.values)), {}
     else:
-        variable = declared.parameter_variable(parameter, POINTS)
+        variable = replace(declared.parameter_variable(parameter, POINTS), group=ROOT)
         points = layout.runs_of_points[..., 0]
         yield variable, variable.values(_each(points, lambda cell: cell.coordinates[name])), {}
 
@@ -241,11 +244,14 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     name = quantity.name
     measured = _each(layout.cells, lambda cell: cell.measured(name))
     parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
-    companions = (declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
+    companions = (declared.ERROR_BAR, declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
     about = {"ancillary_variables": " ".join(variable.named(name) for variable in companions)}
     if quantity.outcomes:
         about[OUTCOMES] = BETWEEN_OUTCOMES.join(quantity.outcomes)
     yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), about
+    converged = converge_points(layout, name, quantity.outcomes) if layout.refinements else None
+    if quantity.first:
+        yield declared.ERROR_BAR.filled(quantity), _error_bars(measured, converged), {}
     for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
     if any(name in cell.mesh_errors for cell in layout.cells.flat):
@@ -256,18 +262,25 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     definition = definition_parts(layout, name)
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
-    if layout.refinements:
-        converged = converge_points(layout, name, quantity.outcomes)
+    if converged is not None:
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
     if name in SYMBOLS and np.isfinite(diameters).any():
         yield declared.OVER_DIAMETER.filled(quantity), declared.VALUE.values(measured) / diameters, {}
-        if layout.refinements:
+        if converged is not None:
             by_point = diameters.reshape(layout.runs_of_points.shape)[..., 0]
             lengths, errors = declared.CONVERGED.values(converged), declared.CONVERGED_UNCERTAINTY.values(converged)
             yield declared.CONVERGED_OVER_DIAMETER.filled(quantity), lengths / by_point, {}
             yield declared.CONVERGED_UNCERTAINTY_OVER_DIAMETER.filled(quantity), errors / by_point, {}
+
+
+def _error_bars(measured: np.ndarray, converged: np.ndarray | None) -> np.ndarray:
+    """The error bars of points, of what refinement says where there is any."""
+    if converged is None:
+        return declared.ERROR_BAR.values(measured)
+    known = np.isfinite(declared.MESH_PART.values(converged))
+    return np.where(known, declared.CONVERGED_UNCERTAINTY.values(converged), np.nan)
 
 
 def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:
@@ -349,8 +362,7 @@ def _column(variable: Variable, records: np.ndarray) -> Column:
         return variable, variable.values(records), {}
     flags = _each(records, lambda record: set(variable.pick(record) or ()))
     raised = {flag for words in flags.flat for flag in words or ()}
-    # CF wants at least one meaning.
-    meanings = (*variable.meanings, *sorted(raised - set(variable.meanings))) or ("flagged",)
+    meanings = (*variable.meanings, *sorted(raised - set(variable.meanings)))
     bits = {meaning: 1 << place for place, meaning in enumerate(meanings)}
     values: np.ndarray = np.zeros(records.shape, np.int32)
     for place, words in np.ndenumerate(flags):
@@ -433,26 +445,14 @@ def _labelled(
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
-    attributes: dict[str, str | np.ndarray] = {**_attributes(variable), **more}
-    if variable.kind == "flag":
-        attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
-        attributes["flag_meanings"] = " ".join(variable.meanings)
-    return xr.Variable(dims[: values.ndim], values, attributes)
-
-
-def _attributes(variable: Variable) -> dict[str, str]:
-    units = {"units": variable.unit} if variable.unit is not None else {}
-    comment = {"comment": variable.comment} if variable.comment else {}
-    return {**units, "long_name": variable.long_name, **comment, "group": variable.group}
+    return xr.Variable(dims[: values.ndim], values, {**variable.attributes, "group": variable.group, **more})
 
 
 def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
-    """Axes and parameters are coordinates; so is what labels a dimension, the words about each law, and a time."""
-    about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
-    is_parameter = array.attrs["group"] == "parameter" or not array.dims
+    """Axes and parameters are coordinates; so is what labels a dimension or a limit, and a time."""
+    is_parameter = array.attrs["group"] == "inputs" or not array.dims
     is_time = array.name == declared.HISTORY_TIME.name
-    labels = array.dims == (array.name,) or about_laws
-    return str(array.name) in axes or labels or is_parameter or is_time
+    return str(array.name).removeprefix(limits.PREFIX) in axes or array.dims == (array.name,) or is_parameter or is_time
 
 
 def _about(sweep: Sweep, layout: Layout, catalogue: Catalogue) -> dict[str, str | int]:
@@ -518,16 +518,20 @@ def _collected(pairs: Iterable[tuple[str, Version]]) -> dict[str, list[Version]]
 # ---- files ---------------------------------------------------------------------------------------
 
 
-def _encoding(name: str, array: xr.Variable) -> dict[str, float | tuple[int, ...] | None]:
-    """float64 as it is, deflated lightly; coordinates and flags have no fill value (CF)."""
+def _encoding(name: str, array: xr.Variable) -> Encoding:
+    """float64 as it is, many values deflated lightly; coordinates and flags have no fill value (CF).
+
+    Many texts are arrays of letters, which are deflated too: as strings they were two fifths of a file.
+    """
+    packed: Encoding = {"zlib": True, "complevel": 1} if array.size >= FEW_VALUES else {}
     if array.dtype.kind in "OUT":
-        return {}
+        return {"dtype": "S1", **packed} if packed else {}
     # An auxiliary coordinate may have gaps, as the times after the end of a run; that of a dimension has none.
     number = array.dtype.kind == "f" and array.dims != (name,)
-    fill: dict[str, float | tuple[int, ...] | None] = {"_FillValue": np.nan if number else None}
-    if not array.dims:
+    fill: Encoding = {"_FillValue": np.nan if number else None}
+    if not packed:
         return fill
     # The whole variable, or as many rows of its first dimension as make a chunk.
     row = max(1, prod(array.shape[1:]))
     rows = min(array.shape[0], max(1, CHUNK_VALUES // row))
-    return {**fill, "zlib": True, "complevel": 1, "shuffle": True, "chunksizes": (rows, *array.shape[1:])}
+    return {**fill, **packed, "shuffle": True, "chunksizes": (rows, *array.shape[1:])}

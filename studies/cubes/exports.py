@@ -12,13 +12,12 @@ import xarray as xr
 
 from studies.cubes import points, reading
 from studies.cubes import variables as declared
+from studies.cubes.groups import as_tree
 from studies.cubes.long_texts import short_texts
-from studies.cubes.variable import Group
 from studies.quantities.files import write_text, zipped
 from studies.quantities.findings import MissingExtra
 
-RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
-GROUPS: tuple[Group, ...] = ("parameter", "result", "detail", "run", "audit")
+RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.RUN_REASON, declared.FLAGS_OF_RUN)
 
 
 def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
@@ -36,7 +35,7 @@ def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
 
 
 def _first_names(dataset: xr.Dataset) -> list[str]:
-    """Identity, state and flags of a run, and its place on the axes."""
+    """Identity, state, reason of a failure and flags of a run, and its place on the axes."""
     axes = (*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split())
     return [*(variable.named() for variable in RUN_COLUMNS), *axes]
 
@@ -50,18 +49,14 @@ def _main_names(dataset: xr.Dataset) -> list[str]:
 
 
 def _every_name(dataset: xr.Dataset) -> list[str]:
-    """The variables with one value a run: identity, axes, results, then the rest by group."""
-    runs = set(dataset.run_state.dims)
+    """The variables with one value a run: identity, axes, what the root of the cube has, then group by group."""
+    runs = dataset.run_state.dims
     of_runs = [
         str(name)
-        for group in GROUPS
         for name, array in dataset.variables.items()
-        if array.attrs.get("group") == group
-        and (group == "parameter" or (array.dims == dataset.run_state.dims))
-        and set(array.dims) <= runs
+        if array.dims == runs or (array.attrs["group"] == "inputs" and {*array.dims} <= {*runs})
     ]
-    results = [name for name in of_runs if dataset[name].attrs["group"] == "result"]
-    return list(dict.fromkeys([*_first_names(dataset), *results, *of_runs]))
+    return list(dict.fromkeys([*_first_names(dataset), *of_runs]))
 
 
 def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
@@ -93,11 +88,11 @@ def export_zarr(dataset: xr.Dataset, out: Path) -> Path:
         import zarr  # noqa: F401 # xarray would import it later
     except ImportError as error:
         raise MissingExtra(f"Zarr needs more libraries ({error}): pip install 'whipple[zarr]'") from None
-    plain = dataset.load().drop_encoding()  # chunks and filters of NetCDF mean nothing here
-    plain.attrs.pop("digest", None)  # of the file that it was read from
+    tree = as_tree(dataset.load().drop_encoding())  # chunks and filters of NetCDF mean nothing here
+    tree.attrs.pop("digest", None)  # of the file that it was read from
     if out.suffix == ".zip":
-        return zipped(lambda folder: plain.to_zarr(folder, zarr_format=2, consolidated=True), out)
-    plain.to_zarr(out, mode="w", zarr_format=2, consolidated=True)
+        return zipped(lambda folder: tree.to_zarr(folder, zarr_format=2, consolidated=True), out)
+    tree.to_zarr(out, mode="w", zarr_format=2, consolidated=True)
     return out
 
 

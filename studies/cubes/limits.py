@@ -9,13 +9,13 @@ from functools import partial
 
 import numpy as np
 
-from studies.cubes.variable import Column, Variable
+from studies.cubes.variable import ROOT, Column, Variable
 from studies.cubes.variables import parameter_variable
 from studies.quantities.parameters import Parameter, Value
 from studies.runs.results import RunResult
 from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, decided
 
-SEARCH = "search"
+SEARCH, PREFIX = "search", "limit_"
 VERDICTS = tuple(SearchVerdict)
 # States of a run that may have a result later.
 UNFINISHED = ("cancelled", "running", "pending", "missing")
@@ -23,7 +23,7 @@ UNFINISHED = ("cancelled", "running", "pending", "missing")
 Searched = Sequence[tuple[Mapping[str, Value], SearchedLimit]]  # by the values of the other axes
 
 # A record is a ``SearchedLimit``; numbers have the unit of the axis.
-_of_search = partial(Variable, dims=(SEARCH,), group="result")
+_of_search = partial(Variable, dims=(SEARCH,), group=ROOT)
 
 LIMIT = _of_search(
     "limit",
@@ -81,7 +81,7 @@ def columns_of(
         variable = parameter_variable(parameters[name], (SEARCH,))
         values = np.array([at[name] for at, _ in limits], object)
         label = f"{variable.label} (limit)"
-        variable = replace(variable, name=f"limit_{variable.name}", label=label)
+        variable = replace(variable, name=f"{PREFIX}{variable.name}", label=label, group=ROOT)
         columns.append((variable, variable.values(values), {}))
     for variable in (LIMIT, LOWER, UPPER, COUNT, VERDICT, REASON):
         own = variable if variable.unit or variable.kind != "number" else replace(variable, unit=axis.unit)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from studies.cubes.variable import ROOT
 from studies.quantities.parameters import Plain
 
 LONGEST_NAME = 60  # characters of a first line
@@ -16,7 +17,7 @@ def short_texts(dataset: xr.Dataset) -> dict[str, str]:
     texts = {
         str(text)
         for array in dataset.variables.values()
-        if array.attrs.get("group") == "parameter" and array.dtype.kind in "OUT"
+        if array.attrs["group"] in (ROOT, "inputs") and array.dtype.kind in "OUT"
         for text in array.values.ravel()
     }
     return {text: shortened(text) for text in sorted(texts) if "\n" in text}

@@ -13,7 +13,7 @@ import xarray as xr
 from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.variable import Variable
+from studies.cubes.variable import Variable, is_reading
 from studies.quantities.measured import MESH, NOT_COMPARED
 from studies.quantities.parameters import Value
 from studies.sweeps.reading import OFFSET, RESOLUTION
@@ -132,7 +132,7 @@ def mesh_part(points: xr.Dataset, name: str) -> np.ndarray:
 def main_quantities(dataset: xr.Dataset) -> list[str]:
     """Quantities that are no other reading of one (``hole_diameter_lip`` of ``hole_diameter``)."""
     names = reading.quantities_of(dataset)
-    return [name for name in names if not any(name.startswith(f"{other}_") for other in names if other != name)]
+    return [name for name in names if not is_reading(name, names)]
 
 
 # ---- points --------------------------------------------------------------------------------------

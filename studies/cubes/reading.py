@@ -1,22 +1,16 @@
 """Reading of a cube: its quantities, versions, confidences and flags, and values for each run."""
 
-import hashlib
 import json
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
-from typing import BinaryIO, TypeVar
+from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
-from xarray import Dataset
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL, SCHEMA_VERSION
+from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
 from studies.laws import critical
-from studies.quantities.files import CUBE
-from studies.quantities.findings import refusal
 from studies.quantities.measured import ERROR_UNKNOWN
 
 Item = TypeVar("Item")
@@ -83,55 +77,3 @@ def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
     Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
     """
     return variable.set_dims(dict(dataset.variables["run_state"].sizes)).values
-
-
-def open_cube(path: Path) -> xr.Dataset:
-    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    with open_lazily(path) as dataset:
-        loaded = dataset.load()
-    file = path / CUBE if path.is_dir() else path
-    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
-
-
-def open_lazily(path: Path) -> xr.Dataset:
-    """The cube of a file, read as it is looked at; raises InvalidInput where it is none."""
-    from studies.sweeps.document import no_such_cube
-
-    file = path / CUBE if path.is_dir() else path
-    if not file.exists():
-        raise no_such_cube(file)
-    with _refusing(file):
-        return _checked(xr.open_dataset(file))
-
-
-def open_file(file: BinaryIO, place: str) -> Dataset:
-    """The cube in an open file, read as it is looked at; closing it closes the file.
-
-    ``place`` is where it is, for errors. Raises InvalidInput where it is no cube.
-    """
-    with ExitStack() as ends, _refusing(place):
-        ends.callback(file.close)
-        inner = xr.open_dataset(file, engine="h5netcdf")
-        ends.callback(inner.close)
-        dataset = _checked(inner).copy()
-        dataset.set_close(ends.pop_all().close)
-        return dataset
-
-
-@contextmanager
-def _refusing(place: Path | str) -> Iterator[None]:
-    """Refuse what is no cube, or one of another layout."""
-    try:
-        yield
-    except (OSError, ValueError) as error:
-        cure = f"give cube.nc of a sweep, or its folder: {error}"
-        raise refusal("CUBE", str(place), "the cube of a sweep", cure) from None
-
-
-def _checked(dataset: xr.Dataset) -> xr.Dataset:
-    """A dataset that is a cube of the present layout; raises ValueError for any other."""
-    if "quantities" not in dataset.attrs or "sweep" not in dataset.attrs:
-        raise ValueError("no sweep is in it")
-    if (version := int(dataset.attrs.get("schema_version", 0))) != SCHEMA_VERSION:
-        raise ValueError(f"this one has layout {version}, and {SCHEMA_VERSION} is read: compute its sweep again")
-    return dataset

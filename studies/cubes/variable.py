@@ -1,7 +1,7 @@
 """A variable of the cube: name, dimensions, unit, meaning, group, and how its values are picked from records."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -12,9 +12,10 @@ VariableKind = Literal["number", "integer", "text", "flag", "mask"]
 DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
 EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
 
-# Of the variables, in the order of a cube; ``Dataset.filter_by_attrs(group="result")`` selects one.
-Group = Literal["parameter", "result", "detail", "history", "run", "audit", "observation"]
+# Of the file (``groups``); the first is its root.
+Group = Literal["", "laws", "observations", "refinement", "quantities", "runs", "inputs"]
 GROUPS: tuple[Group, ...] = get_args(Group)
+ROOT = GROUPS[0]
 LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
 
 # Lengths that the field states over the diameter of the projectile, as it writes them.
@@ -34,6 +35,7 @@ class Quantity:
     unit: str  # "m"
     meaning: str
     outcomes: tuple[str, ...] = ()  # what 0 and 1 mean, of an outcome
+    first: bool = True  # at the root of the file
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Variable:
     # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
     meanings: tuple[str, ...] = ()
     label: str = ""  # a few words for an axis; by default the meaning, or the name where that is long
-    group: Group = "detail"
+    group: Group = "quantities"
 
     @property
     def long_name(self) -> str:
@@ -62,6 +64,18 @@ class Variable:
     def comment(self) -> str:
         """The definition, where the label does not say it; else empty."""
         return "" if self.meaning == self.long_name else self.meaning
+
+    @property
+    def attributes(self) -> dict[str, str | np.ndarray]:
+        """Unit, label and definition; the meanings of a flag."""
+        attributes: dict[str, str | np.ndarray] = {} if self.unit is None else {"units": self.unit}
+        attributes["long_name"] = self.long_name
+        if self.comment:
+            attributes["comment"] = self.comment
+        if self.kind == "flag":
+            attributes["flag_values"] = np.arange(len(self.meanings), dtype=np.int8)
+            attributes["flag_meanings"] = " ".join(self.meanings)
+        return attributes
 
     def filled(self, quantity: Quantity) -> "Variable":
         """The variable of one quantity."""
@@ -79,6 +93,7 @@ class Variable:
             unit=self.unit and self.unit.format(**filling),
             meaning=self.meaning.format(**filling),
             label=self.label.format(**filling),
+            group=self.group or (ROOT if quantity.first else "quantities"),
         )
 
     def named(self, quantity: str = "") -> str:
@@ -101,6 +116,11 @@ class Variable:
             if picked is not None:
                 values[place] = self.meanings.index(picked) if self.kind == "flag" else picked
         return values
+
+
+def is_reading(name: str, names: Iterable[str]) -> bool:
+    """Whether a quantity is another reading of one of these: ``hole_diameter_lip`` of ``hole_diameter``."""
+    return any(name.startswith(f"{other}_") for other in names if other != name)
 
 
 # A variable with its values and further attributes.

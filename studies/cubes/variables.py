@@ -13,9 +13,10 @@ from dataclasses import replace
 from functools import partial
 
 from studies.convergence.richardson import VERDICTS
-from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
+from studies.cubes.variable import POINTS, ROOT, RUNS, Variable, VariableKind, variable_name
 from studies.laws import SPEED, THICKNESS_RATIO, RangeStatus, in_words, range_in_words
 from studies.measurements.distributions import Bins, Distribution
+from studies.quantities.measured import COMMON_FLAGS, MESH
 from studies.quantities.parameters import Parameter
 
 SCHEMA_VERSION = 1
@@ -45,6 +46,7 @@ RUN_FLAGS = (
     "vaporised",
     "lost_particles",
     "discarded_particles",
+    "still_expanding",
 )
 IN_RANGE = ("outside_range", "inside_range")
 HAS_RANGE = ("not_stated", "stated")
@@ -57,7 +59,7 @@ def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
     pick = str if kind == "text" else float
     name = variable_name(parameter.name)
     label = parameter.name.replace("_", " ").replace(".", " ")
-    return Variable(*(name, parameter.meaning, pick, dims, parameter.unit, kind), label=label, group="parameter")
+    return Variable(*(name, parameter.meaning, pick, dims, parameter.unit, kind), label=label, group="inputs")
 
 
 def observed_parameter(parameter: Parameter) -> Variable:
@@ -69,21 +71,21 @@ def observed_parameter(parameter: Parameter) -> Variable:
         name=f"observation_{variable.name}",
         meaning=meaning,
         label=f"{variable.label} (shot)",
-        group="observation",
+        group="observations",
     )
 
 
 # ---- of a run: a record is a cell ----------------------------------------------------------------
 
-_text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
-_number_of_run = partial(Variable, dims=RUNS, group="run")
+_text_of_run = partial(Variable, dims=RUNS, kind="text", group="runs")
+_number_of_run = partial(Variable, dims=RUNS, group="runs")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
 STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
 RUN_STATE = Variable(
-    *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group="run"
+    *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group=ROOT
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
@@ -92,7 +94,7 @@ FLAGS_OF_RUN = Variable(
     RUNS,
     kind="mask",
     meanings=RUN_FLAGS,
-    group="run",
+    group=ROOT,
 )
 OF_RUN = (RUN_ID, RUN_STATE, RUN_REASON, RUN_FAILURE, FLAGS_OF_RUN, STOP_REASON)
 # Of its computation, for the report and the table of runs (``cube.with_computation``); a record is its provenance.
@@ -102,13 +104,14 @@ SOLVER_SECONDS = _number_of_run(
 SOLVER_THREADS = _number_of_run(
     "solver_threads", "threads that computed the run", lambda made_by: made_by.get("threads"), unit="1"
 )
-RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer")
+RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer", group=ROOT)
 EQUIVALENT_DIAMETER = _number_of_run(
     "equivalent_diameter",
     "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
     lambda cell: getattr(cell.shot, "projectile_diameter", None),
     unit="m",
     label="equivalent diameter of the projectile",
+    group=ROOT,
 )
 
 
@@ -130,7 +133,6 @@ def distribution_variable(distribution: Distribution) -> Variable:
         (*RUNS, *(bins.name for bins in distribution.bins)),
         distribution.unit,
         label=distribution.title.lower(),
-        group="result",
     )
 
 
@@ -139,7 +141,7 @@ def distribution_variable(distribution: Distribution) -> Variable:
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
 _words = partial(Variable, dims=RUNS, kind="text")
 
-VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result")
+VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group=ROOT)
 # As read off the grid of its run, where the expected mesh error is taken off the value.
 RAW = _measured(
     "{quantity}_raw",
@@ -153,12 +155,13 @@ UNCERTAINTY = _measured(
     "{quantity}_uncertainty_mesh states it, which makes it an error bar",
     lambda measured: measured.uncertainty,
     label="{words}, uncertainty",
-    group="result",
 )
 FLAGS = Variable(
     *("{quantity}_flags", "warnings about {quantity}", lambda measured: measured.flags, RUNS),
     kind="mask",
+    meanings=COMMON_FLAGS,
     label="{words}, warnings",
+    group=ROOT,
 )
 HISTORY = Variable(
     "{quantity}_history",
@@ -167,7 +170,6 @@ HISTORY = Variable(
     (*RUNS, "sample"),
     "{unit}",
     label="{words}, history",
-    group="history",
 )
 # A record is the times (s) of a run.
 HISTORY_TIME = Variable(
@@ -177,7 +179,18 @@ HISTORY_TIME = Variable(
     (*RUNS, "sample"),
     "s",
     label="time",
-    group="history",
+)
+
+
+# Of a point: a record is its measurement, or that of its only run.
+ERROR_BAR = Variable(
+    "{quantity}_uncertainty",
+    "error bar of {quantity}, root of the sum of the squares of its parts; NaN where the error of the mesh is unknown",
+    lambda measured: measured.uncertainty if MESH in measured.parts else None,
+    POINTS,
+    "{unit}",
+    label="{words}, error bar",
+    group=ROOT,
 )
 
 
@@ -198,6 +211,7 @@ MODEL_PART = _measured(
     "standard uncertainty of {quantity} due to strength and equation of state; NaN: not assessed",
     lambda assessed: assessed.uncertainty,
     label="{words}, model part",
+    group=ROOT,
 )
 MODEL_REASON = _words(
     "{quantity}_model_part_reason",
@@ -278,15 +292,14 @@ DEFINITION_PART = Variable(
 
 # ---- of a quantity at a point: a record is its convergence ---------------------------------------
 
-_converged = partial(Variable, dims=POINTS, unit="{unit}")
-_pure = partial(Variable, dims=POINTS, unit="1")
+_converged = partial(Variable, dims=POINTS, unit="{unit}", group="refinement")
+_pure = partial(_converged, unit="1")
 
 CONVERGED = _converged(
     "{quantity}_converged",
     "{quantity} over all resolutions and offsets: the mean over offsets at the finest resolution that has a value",
     lambda point: point.value,
     label="{words}, converged",
-    group="result",
 )
 CONVERGED_UNCERTAINTY = _converged(
     "{quantity}_converged_uncertainty",
@@ -294,7 +307,6 @@ CONVERGED_UNCERTAINTY = _converged(
     "mesh part is among them",
     lambda point: point.uncertainty,
     label="{words}, error bar",
-    group="result",
 )
 MESH_PART = _converged(
     "{quantity}_converged_uncertainty_mesh",
@@ -340,6 +352,7 @@ VERDICT = Variable(
     kind="flag",
     meanings=VERDICT_WORDS,
     label="{words}, verdict",
+    group="refinement",
 )
 VERDICT_REASON = Variable(
     "{quantity}_converged_reason",
@@ -348,6 +361,7 @@ VERDICT_REASON = Variable(
     POINTS,
     kind="text",
     label="{words}, reason",
+    group="refinement",
 )
 NUMBERS_OF_CONVERGENCE = (
     CONVERGED,
@@ -373,6 +387,7 @@ def _over_diameter(length: Variable) -> Variable:
         pick=lambda ratio: ratio,
         unit="1",
         label=length.label.replace("{words}", "{symbol}"),
+        group=length.group or "quantities",
     )
 
 
@@ -383,8 +398,9 @@ CONVERGED_UNCERTAINTY_OVER_DIAMETER = _over_diameter(CONVERGED_UNCERTAINTY)
 
 # ---- of a law: a record is a law with one of its variants, or its answer -------------------------
 
-_text_of_law = partial(Variable, dims=(LAW,), kind="text")
-_answer = partial(Variable, dims=(*POINTS, LAW))
+_of_law = partial(Variable, dims=(LAW,), group="laws")
+_text_of_law = partial(_of_law, kind="text")
+_answer = partial(Variable, dims=(*POINTS, LAW), group="laws")
 EQUATION = "equation: "  # before the word of confidence: it is not about the constants of a material
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
@@ -394,7 +410,6 @@ BY_LAW = _answer(
     lambda answer: answer.value,
     unit="{unit}",
     label="{words} by laws",
-    group="result",
 )
 BY_LAW_IN_RANGE = _answer(
     "{quantity}_by_law_in_range",
@@ -425,11 +440,10 @@ LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda choi
 LAW_EQUATION = _text_of_law("{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation)
 LAW_SOURCE = _text_of_law("{quantity}_law_source", "source of the law", lambda choice: choice.law.source)
 LAW_RANGE = _text_of_law("{quantity}_law_range", "range of validity", lambda choice: range_in_words(choice.law.range))
-LAW_HAS_RANGE = Variable(
+LAW_HAS_RANGE = _of_law(
     "{quantity}_law_has_range",
     "whether the source of the law states a range",
     lambda choice: HAS_RANGE[choice.law.range.is_published],
-    (LAW,),
     kind="flag",
     meanings=HAS_RANGE,
     label="range stated by the source",
@@ -439,12 +453,11 @@ LAW_HAS_RANGE = Variable(
 def _bounds(name: str, meaning: str, symbol: str, unit: str) -> tuple[Variable, Variable]:
     """The smallest and the largest number of a shot that the sources of a law's range state."""
     low, high = (
-        Variable(
+        _of_law(
             f"{{quantity}}_law_{name}_{bound}",
             f"{bound} bound of the {meaning} that a source of the law states; NaN: none",
             lambda choice, place=place: choice.law.range.bounds(symbol)[place],
-            (LAW,),
-            unit,
+            unit=unit,
             label=f"{meaning}, {bound} bound of the law",
         )
         for place, bound in enumerate(("lower", "upper"))
@@ -457,12 +470,11 @@ LAW_THICKNESS_RATIOS = _bounds("thickness_ratio", "t/d", THICKNESS_RATIO, "1")
 LAW_CONFIDENCE = _text_of_law(
     "{quantity}_law_confidence", "confidence in the equation", lambda choice: EQUATION + choice.law.confidence
 )
-LAW_SCATTER = Variable(
+LAW_SCATTER = _of_law(
     "{quantity}_law_scatter",
     "published scatter of measured values about the law, relative standard deviation; NaN: not published",
     lambda choice: choice.law.scatter,
-    (LAW,),
-    "1",
+    unit="1",
     label="relative scatter about the law",
 )
 OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_STATUS, BY_LAW_REASON)
@@ -474,7 +486,7 @@ OF_LAWS = (
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
 
-_of_shot = partial(Variable, dims=(OBSERVATION,), group="observation")
+_of_shot = partial(Variable, dims=(OBSERVATION,), group="observations")
 
 OBSERVATION_NUMBER = _of_shot(OBSERVATION, "number of the shot", int, kind="integer")
 OBSERVATION_SOURCE = _of_shot(
@@ -519,22 +531,19 @@ OBSERVED_LAW_LABEL = Variable(
     (OBSERVED_LAW,),
     kind="text",
     label="law and variant of a shot",
-    group="observation",
+    group="observations",
 )
-_of_observed_law = partial(replace, dims=(OBSERVED_LAW,), group="observation")
+_of_observed_law = partial(replace, dims=(OBSERVED_LAW,), group="observations")
 OBSERVED_LAW_TITLE = _of_observed_law(LAW_TITLE, name="{quantity}_observed_law_title")
 OBSERVED_LAW_CONFIDENCE = _of_observed_law(LAW_CONFIDENCE, name="{quantity}_observed_law_confidence")
-_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW))
+_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW), group="observations")
 BY_LAW_AT_OBSERVATION = _at_observation(
     BY_LAW,
     name="{quantity}_by_law_at_observation",
     meaning="{quantity} by published laws for each shot",
     label="{words}, law at shot",
-    group="observation",
 )
-BY_LAW_AT_OBSERVATION_IN_RANGE = _at_observation(
-    BY_LAW_IN_RANGE, name="{quantity}_by_law_at_observation_in_range", group="observation"
-)
+BY_LAW_AT_OBSERVATION_IN_RANGE = _at_observation(BY_LAW_IN_RANGE, name="{quantity}_by_law_at_observation_in_range")
 BY_LAW_AT_OBSERVATION_STATUS = _at_observation(
     BY_LAW_STATUS,
     name="{quantity}_by_law_at_observation_range_status",

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from studies.cubes import reading
 from studies.cubes.growing import still_growing
+from studies.cubes.opening import whole_cube
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Value
 from studies.quantities.units import round_quantity
@@ -22,7 +22,7 @@ def with_later_ends(cube_or_folder: Path) -> tuple[Sweep, int]:
     All runs of such a point, on each grid, get the end of the latest. Runs of other points are those of the cube.
     Raises InvalidInput for a search, an axis of ends, and runs of another version, whose ids are others.
     """
-    dataset = reading.open_cube(cube_or_folder)
+    dataset = whole_cube(cube_or_folder)
     sweep, growing = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED), still_growing(dataset)
     if "search" in dataset.attrs or any(axis.name == END for axis in sweep.axes):
         limit = "a sweep without a search and without an axis end_time"

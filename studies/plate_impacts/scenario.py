@@ -252,6 +252,10 @@ SCENARIO = Scenario(
     description="A plate hits a plate face to face; the state behind the plane shocks is measured.",
     parameters=PlateImpact,
     materials=BODIES,
+    first=(
+        *("plateau_pressure", "plateau_velocity", "target_shock_speed"),
+        *("free_surface_velocity", "pullback_velocity", "spall_strength"),
+    ),
     measurements=(
         "plateau_pressure",
         "plateau_scatter",

@@ -12,6 +12,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes.long_texts import short_texts
+from studies.cubes.opening import whole_cube
 from studies.cubes.points import Place, axes_of, is_same, main_quantities, places_of, plain, points_of
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
@@ -94,7 +95,7 @@ class TwoCubes:
 
 def two_cubes(first: Path, second: Path) -> TwoCubes:
     """Two cubes of files or folders; raises InvalidInput where they have no quantity or no axis in common."""
-    cubes = [_with_short_texts(reading.open_cube(path)) for path in (first, second)]
+    cubes = [_with_short_texts(whole_cube(path)) for path in (first, second)]
     names = [str(json.loads(cube.attrs["sweep"])["name"]) for cube in cubes]
     if names[0] == names[1]:
         names = [f"{name} ({path})" for name, path in zip(names, (first, second), strict=True)]
@@ -159,7 +160,7 @@ def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[
         return {
             str(name): plain(array.item())
             for name, array in cube.coords.items()
-            if not array.dims and name not in axes and array.attrs.get("group") == "parameter"
+            if not array.dims and name not in axes and array.attrs["group"] == "inputs"
         }
 
     mine, other = fixed(first), fixed(second)

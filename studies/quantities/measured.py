@@ -24,6 +24,12 @@ ERROR_UNKNOWN = "error_unknown"
 BY_ONE_GRID = (MESH_DETERMINED, ERROR_UNKNOWN)  # flags that enough grids take away
 # The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
 LOST_PARTICLES = "lost_particles"
+# The flags of any scenario and of impacts: each has the same bit in every cube, so that cubes can be joined.
+COMMON_FLAGS = (
+    *(TOO_COARSE, CLOSED_ON_AXIS, CLOSED_BY_FILM, STILL_COMING, STILL_ATTACHED, STILL_GROWING, WIDE_BAR),
+    *(MESH_DETERMINED, COARSER_THAN_FRAGMENTS, ERROR_UNKNOWN, LOST_PARTICLES),
+    *("not_perforated", "not_contained", "near_rim", "lip_at_window", "before_maximum"),
+)
 
 # Part of the uncertainty where the mesh error is known from experience: half-width of 95 % of what is left of it.
 MESH = "mesh"

@@ -8,14 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import xarray as xr
-
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import Results, results_of
 from studies.cubes.exports import runs_csv
 from studies.cubes.older import PointsOfRuns, by_present_ids
-from studies.cubes.reading import open_cube
+from studies.cubes.opening import whole_cube
 from studies.quantities.files import (
     ALL_RUNS_CSV,
     APPENDIX_HTML,
@@ -65,11 +63,10 @@ def publish_sweep(
     directory.mkdir(parents=True, exist_ok=True)
     files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV)}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
-    with xr.open_dataset(files[CUBE]) as written:
-        dataset = cube.with_computation(written, results)
-        write_text(files[RUNS_CSV], runs_csv(dataset))
-        write_text(files[ALL_RUNS_CSV], runs_csv(dataset, every_column=True))
-        document = report.report_of(dataset, sections).as_json()
+    dataset = cube.with_computation(whole_cube(files[CUBE]), results)
+    write_text(files[RUNS_CSV], runs_csv(dataset))
+    write_text(files[ALL_RUNS_CSV], runs_csv(dataset, every_column=True))
+    document = report.report_of(dataset, sections).as_json()
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))
     write_text(files[APPENDIX_HTML], appendix(document, sections))
@@ -96,11 +93,9 @@ def write_partial_report(
     from studies.reports.page import page
 
     titled = {**sweep_document, "title": f"{sweep_document['title']} (not complete: {state})"}
-    with (
-        TemporaryDirectory() as folder,
-        xr.open_dataset(write_partial(titled, outcomes, Path(folder, CUBE), state=state, run_ids=run_ids)) as written,
-    ):
-        document = report.report_of(written).as_json()
+    with TemporaryDirectory() as folder:
+        written = write_partial(titled, outcomes, Path(folder, CUBE), state=state, run_ids=run_ids)
+        document = report.report_of(whole_cube(written)).as_json()
     return write_text(file, page(document))
 
 
@@ -114,5 +109,5 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     """
     from studies.reports.drawing.charts import draw
 
-    figures = report.report_of(open_cube(cube_or_folder)).head.figures
+    figures = report.report_of(whole_cube(cube_or_folder)).head.figures
     return [draw(figure, folder / f"{figure.name}.{format}") for figure in figures]

@@ -166,6 +166,8 @@ class Scenario:
     parameters: type[SetUp]
     materials: tuple[str, ...]  # parameters that name a material; of a body that a run may lack, where they act
     measurements: tuple[str, ...]  # quantities read off its runs
+    # Those at the root of a cube; where none is named, the first that are no other reading of one.
+    first: tuple[str, ...] = ()
     # Measurements of a body that a run may lack, each with the parameter that names the body's material.
     of_role: Mapping[str, str] = field(default_factory=dict)
     # Measurements that a run has where it states some parameters, each with these parameters.

@@ -12,7 +12,7 @@ from studies.shields.shots.answers import ShieldAnswer
 from studies.shields.shots.inverse import RISKS
 from studies.shields.shots.records import NoSize, SafeSize, Size
 
-LAWS = f"law_of_{CRITICAL_DIAMETER}"  # the dimension
+LAWS = f"{CRITICAL_DIAMETER}_law"  # the dimension
 NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
 
 
@@ -36,9 +36,9 @@ def variables_of(
     add("harder_held", "Harder shots whose wall held", "1", [shield.harder.contrary for shield in shields])
     found = [{(safe.size, safe.risk or safe.law): safe for safe in shield.safe} for shield in shields]
     for size in Size:
-        for dim, limits in (("risk", RISKS), (LAWS, equations)):
+        for dim, by, limits in (("risk", "risk", RISKS), (LAWS, "law", equations)):
             sizes = [safe.get((size, limit), NO_EQUATION) for limit in limits for safe in found]
-            name, title = f"safe_{size}_by_{dim.partition('_')[0]}", f"{size.replace('_', ' ')} that is just safe"
+            name, title = f"safe_{size}_by_{by}", f"{size.replace('_', ' ')} that is just safe"
             add(name, title, "m", [math.nan if safe.value is None else safe.value for safe in sizes], (dim,))
             add(f"{name}_reason", "why there is none", "1", [str(safe.reason or "") for safe in sizes], (dim,))
     return {"risk": ("risk", list(RISKS), {"units": "1"})}, variables

@@ -574,6 +574,10 @@ SCENARIO = Scenario(
     description="A sphere or cylinder breaks up on bumpers, and its debris hits a wall: whether it holds is measured.",
     parameters=WhippleShield,
     materials=("projectile", *BUMPERS, "wall"),
+    first=(
+        *("wall_perforated", "wall_failed", "wall_hole_diameter"),
+        *("wall_crater_depth_over_thickness", "wall_bulge", "bumper_hole_diameter"),
+    ),
     measurements=(
         "wall_perforated",
         "wall_failed",

@@ -13,6 +13,7 @@ import xarray as xr
 
 import whipple
 from service.demo.commands import DEMO
+from studies.cubes.opening import whole_cube
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
@@ -65,7 +66,7 @@ def test_demo__takes_a_minute_and_a_half(tmp_path: Path, compared: Compared) -> 
         folder = clone / "demo" / name
         there = {file.name for file in folder.iterdir()} & {*SWEEP_FILES}
         compared(equal(f"{name}: files", expected={*SWEEP_FILES}, got=there))
-        cube = xr.load_dataset(folder / "cube.nc")
+        cube = whole_cube(folder)
         sizes = {axis: int(cube.sizes[axis]) for axis in SHAPES[name]}
         compared(equal(f"{name}: axes", expected=SHAPES[name], got=sizes))
         drift = float(abs(cube["audit_largest_energy_drift"]).max())

@@ -38,11 +38,11 @@ def done(service: Service, id: str) -> int:
 
 
 def cube_of(service: Service, id: str, folder: Path) -> Any:
-    import xarray
+    from studies.cubes.opening import whole_cube
 
     file = folder / f"{id}.nc"
     file.write_bytes(http().get(f"{service.url}/v1/sweeps/{id}/cube.nc", timeout=60).content)
-    return xarray.load_dataset(file)
+    return whole_cube(file)
 
 
 def printed(service: Service, *arguments: str) -> str:

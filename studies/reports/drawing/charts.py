@@ -5,6 +5,7 @@ from pathlib import Path
 from textwrap import wrap
 
 from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.legend import Legend
 
@@ -37,13 +38,26 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     drawing = canvas(width, grid.height)
     for number, panel in enumerate(panels):
         axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
-        prepare(axes, figure, panel, marks.words, number % grid.columns == 0)
-        for series in panel.series:
-            marks.draw(axes, series)
-        marks.name_laws(axes, panel.series)
+        _fill(axes, figure, panel, marks, has_label=number % grid.columns == 0)
         grid.title(axes, number)
     grid.place(drawing, _legend(drawing, marks, width))
     return drawing
+
+
+def draw_panel(axes: Axes, figure: Figure, panel: Panel) -> None:
+    """Draw one panel of a figure into axes of somebody else, with title and legend."""
+    marks = Marks(figure, styles_of(figure))
+    _fill(axes, figure, panel, marks, has_label=True)
+    axes.set_title(panel.title or figure.title, wrap=True)
+    labels = sorted(marks.entries, key=lambda label: marks.styles[label].rank)
+    axes.legend([marks.entries[label] for label in labels], labels, fontsize="x-small")
+
+
+def _fill(axes: Axes, figure: Figure, panel: Panel, marks: Marks, *, has_label: bool) -> None:
+    prepare(axes, figure, panel, marks.words, has_label)
+    for series in panel.series:
+        marks.draw(axes, series)
+    marks.name_laws(axes, panel.series)
 
 
 def _legend(drawing: Drawing, marks: Marks, width: float) -> Legend:

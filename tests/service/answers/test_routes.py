@@ -22,6 +22,6 @@ def test_laws__answer_as_json_and_as_a_cube(shared_api: Api) -> None:
     response = shared_api.http.post("/v1/laws/evaluate", json=QUESTION, headers={"Accept": "application/x-netcdf"})
     assert response.headers["Content-Type"] == "application/x-netcdf"
     with xr.open_dataset(io.BytesIO(response.content)) as cube:
-        values = cube.hole_diameter.sel(law_of_hole_diameter="maiden_al").values.tolist()
+        values = cube.hole_diameter_by_law.sel(hole_diameter_law="maiden_al").values.tolist()
     said = [law for item in answer["items"] for law in item["quantities"][0]["laws"] if law["law"] == "maiden_al"]
     assert values == pytest.approx([law["value"] for law in said])

@@ -173,7 +173,7 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
 def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
     cube.attrs = {"quantities": "hole_diameter", "sweep": "{}", "schema_version": SCHEMA_VERSION}
-    cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
+    xr.DataTree.from_dict({"/": cube, "/runs": None}).to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
     (name,) = (each for each in FILES if each.endswith("cube.nc"))
     monkeypatch.setitem(FILES, name, (tmp_path / "cube.nc").read_bytes())
     with Client(url) as client:

@@ -26,6 +26,7 @@ from service.files.artifacts import Artifacts, describe
 from service.films.routes import FilmField
 from service.records.jobs import Kind, Lease, Stored
 from studies.cubes import cube
+from studies.cubes.opening import whole_cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
@@ -51,7 +52,7 @@ def finish(api: Api, lease: Lease) -> None:
 
 def opened(content: bytes, folder: Path) -> xr.Dataset:
     (folder / "partial.nc").write_bytes(content)
-    return xr.load_dataset(folder / "partial.nc")
+    return whole_cube(folder / "partial.nc")
 
 
 def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Path) -> None:
@@ -319,9 +320,9 @@ def test_conversions__of_a_run_and_a_cube_are_what_their_programs_open(
         assert client.sweep(id).plot().names[0] == "hole_diameter_laws"
     (tmp_path / "cube.zarr.zip").write_bytes(api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip").content)
     stored = api.settings.data / api.store.sweeps.get_with_file(id, "cube.nc")[1].path  # type: ignore[union-attr]
-    with zipfile.ZipFile(tmp_path / "cube.zarr.zip") as opened, xr.open_dataset(stored) as written:
+    with zipfile.ZipFile(tmp_path / "cube.zarr.zip") as opened, xr.open_datatree(stored) as written:
         opened.extractall(tmp_path / "cube.zarr")
-        with xr.open_zarr(tmp_path / "cube.zarr") as read:
+        with xr.open_datatree(tmp_path / "cube.zarr", engine="zarr") as read:
             xr.testing.assert_identical(read.load(), written.load())
     (tmp_path / "zarr.py").write_text("raise ImportError('no zarr here')")
     monkeypatch.syspath_prepend(tmp_path)

@@ -7,7 +7,7 @@ import pytest
 
 from service.cli.local import STORE_OF_FOLDER
 from studies.cubes import cube
-from studies.cubes.reading import open_cube
+from studies.cubes.opening import whole_cube
 from studies.quantities.files import CUBE
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
@@ -44,7 +44,7 @@ def test_continue__computes_what_was_growing_with_twice_its_latest_end(
     later = json.loads((tmp_path / "later.json").read_text())
     assert later["ends"] == [{"speed": FAST, "end_time": "36 us"}]
     assert run("continue", out) == 0
-    after = open_cube(out)
+    after = whole_cube(out)
     assert json.loads(after.attrs["sweep"]) == later
     assert after.stop_reason.values.tolist() == ["settled", "settled"]
     assert after.end_time.values.tolist() == pytest.approx([18e-6, 36e-6])

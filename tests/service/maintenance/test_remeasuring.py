@@ -11,7 +11,6 @@ from typing import Any
 from unittest.mock import MagicMock
 
 import pytest
-import xarray as xr
 
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
@@ -22,6 +21,7 @@ from service.records.jobs import State, Submission, SweepState
 from service.settings import Settings
 from service.store import Store
 from studies import measurements
+from studies.cubes.opening import whole_cube
 from studies.quantities.files import RESULT, STATE
 from studies.runs import execution
 from studies.sweeps.sweep import Sweep
@@ -142,13 +142,13 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     with closing(Store.open(Settings(data=original).url)) as store:
         [sweep] = [row.id for row in store.sweeps.page().items if row.name == OTHER["name"]]
     [published] = Artifacts(original).sweep_folder(sweep).rglob("cube.nc")
-    before = xr.load_dataset(published)
+    before = whole_cube(published)
     assert json.loads(before.attrs["measurement_versions"])[MEASUREMENT] == [TODAY]
     raise_the_version()
     monkeypatch.setenv("WHIPPLE_TARGETS_MODULE", RAISED)
     assert run("remeasure", "--data", out / ".whipple") == 0
     assert run("sweep", document, "--out", out) == 0
-    cube = xr.load_dataset(out / "cube.nc")
+    cube = whole_cube(out / "cube.nc")
     assert (cube[MEASUREMENT] == VALUE).all()
     assert json.loads(cube.attrs["measurement_versions"])[MEASUREMENT] == [VERSION]
     messages = json.loads(cube.attrs["software"])["remeasured"][0]

@@ -5,18 +5,18 @@ import re
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure as Drawing
 
 import whipple
 from service.notebooks.folder import SweepFolder
-from studies.cubes.reading import open_file
+from studies.cubes.groups import as_tree
+from studies.cubes.opening import open_file, whole_cube
 from studies.films.film import Film
 from studies.quantities.findings import InvalidInput
 from studies.reports.publish import publish_sweep
 from studies.reports.report import report_of
 from tests.studies.films.test_film import small_problem, states
 from tests.studies.support import fakes
-
-OF_LAWS = ["hole_diameter_laws", "hole_diameter_laws_ratio"]  # in millimetres, and in diameters of the projectile
 
 
 @pytest.fixture(scope="module")
@@ -48,28 +48,45 @@ def test_folder__is_a_path_that_a_notebook_shows(folder: SweepFolder, tmp_path: 
 
 @pytest.mark.claim("pages", "notebook", minutes=0.2)
 def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp_path: Path) -> None:
-    """``plot`` and ``plot_laws`` draw the figures of the report, by their names."""
+    """``plot`` draws the figures of the report, by their names, and ``plot_laws`` a panel on Matplotlib's axes."""
+    expected = [figure.name for figure in report_of(whole_cube(folder)).head.figures]
     with whipple.open_cube(folder) as cube:
-        expected = [figure.name for figure in report_of(cube).head.figures]
-        of_laws = cube.whipple.plot_laws("hole_diameter")
+        axes = Drawing().subplots()
+        assert cube.whipple.plot_laws(ax=axes) is axes
+        assert axes.get_ylabel() == "hole diameter (mm)"
+        assert "simulation" in [text.get_text() for text in axes.get_legend().get_texts()]
         with pytest.raises(InvalidInput, match="did you mean 'hole_diameter'"):
             cube.whipple.plot_laws("hole_diamter")
-        assert cube.whipple.plot_laws().names == of_laws.names == OF_LAWS
     figures = folder.plot()
     assert figures.names == expected
     [first, *_] = re.findall('data:image/svg[+]xml;base64,([^"]*)', figures._repr_html_())
     assert b"<svg" in base64.b64decode(first)
-    saved = [file.name for file in of_laws.save(tmp_path / "figures", "svg")]
-    assert saved == [f"{name}.svg" for name in OF_LAWS]
+    assert [file.name for file in figures.save(tmp_path / "figures", "svg")] == [f"{name}.svg" for name in expected]
     assert figures.drawing("hole_diameter_laws").axes
+
+
+def test_cube__is_selected_by_values_with_units_and_its_table_has_words(folder: SweepFolder) -> None:
+    with whipple.open_cube(folder) as cube:
+        part = cube.whipple.sel(speed=["3 km/s", 4e3], plate_thickness="2 mm")
+        assert dict(part["laws"].hole_diameter_by_law.sizes) == {"speed": 2, "hole_diameter_law": 7}
+        assert part.whipple.sel(speed=slice("3.5 km/s", "9 km/s")).speed.values.tolist() == [4e3]
+        with pytest.raises(InvalidInput, match="2 km/s, 3 km/s"):
+            cube.whipple.sel(speed="3.5 km/s")
+        with pytest.raises(InvalidInput, match="did you mean 'plate_thickness'"):
+            cube.whipple.sel(plate_thicknes="2 mm")
+        table = cube.whipple.to_dataframe()
+        assert table.index.names == ["speed", "plate_thickness"]
+        assert "equivalent_diameter" not in table
+    trouble = as_tree(fakes.cube_of(fakes.holes(), fakes.with_trouble(fakes.holes()))).whipple.to_dataframe()
+    assert trouble.run_state.tolist()[:3] == ["failed", "cancelled", "succeeded"]
+    assert trouble.hole_diameter_flags.tolist()[3] == "not_perforated"
 
 
 @pytest.mark.parametrize("is_remote", [False, True])
 def test_open_cube__refuses_one_of_another_layout(is_remote: bool, folder: SweepFolder, tmp_path: Path) -> None:
     older = tmp_path / "cube.nc"
-    with whipple.open_cube(folder) as cube:
-        cube.assign_attrs(schema_version=0).to_netcdf(older)
-    with pytest.raises(InvalidInput, match="this one has layout 0, and 1 is read: compute its sweep again"):
+    whole_cube(folder).to_netcdf(older)
+    with pytest.raises(InvalidInput, match=r"all variables in one group.*: compute its sweep again"):
         open_file(older.open("rb"), "http://127.0.0.1/cube.nc") if is_remote else whipple.open_cube(tmp_path)
 
 

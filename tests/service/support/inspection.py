@@ -106,7 +106,7 @@ def _reads_to_its_end(file: Path) -> bool:
         with ZipFile(file) as arrays:
             return arrays.testzip() is None
     if content.startswith(b"\x89HDF"):
-        with xr.open_dataset(file) as cube:
+        with xr.open_datatree(file) as cube:
             cube.load()
         return True
     if content.startswith(b"<"):
@@ -162,21 +162,28 @@ def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row
 
 def differences(expected: Path, got: Path, *, at: Mapping[str, Any] | None = None) -> Iterator[str]:
     """Variables of two cubes, or of a part of both, that differ in a bit, or are in one only."""
-    with xr.open_dataset(expected) as whole, xr.open_dataset(got) as other:
-        first, second = whole.sel(at or {}), other.sel(at or {})
-        for name in sorted({*map(str, first.variables), *map(str, second.variables)}):
-            if name not in first.variables or name not in second.variables:
+    with xr.open_datatree(expected) as whole, xr.open_datatree(got) as other:
+        first, second = (_variables(cube.sel(at or {})) for cube in (whole, other))
+        for name in sorted({*first, *second}):
+            if name not in first or name not in second:
                 yield f"{name} is in one of them only"
             elif not _same_bits(first[name], second[name]):
                 yield name
 
 
 def count_variables(file: Path) -> int:
-    with xr.open_dataset(file) as cube:
-        return len(cube.variables)
+    with xr.open_datatree(file) as cube:
+        return len(_variables(cube))
 
 
-def _same_bits(first: xr.DataArray, second: xr.DataArray) -> bool:
+def _variables(cube: xr.DataTree) -> dict[str, xr.Variable]:
+    """The variables of all groups, by their paths."""
+    return {
+        f"{group.path}/{name}".lstrip("/"): each for group in cube.subtree for name, each in group.variables.items()
+    }
+
+
+def _same_bits(first: xr.Variable, second: xr.Variable) -> bool:
     if first.dims != second.dims or first.shape != second.shape:
         return False
     if first.dtype.kind == second.dtype.kind and first.dtype.kind in TEXT_KINDS:

@@ -61,11 +61,11 @@ def test_nearest_shots__are_of_the_same_metals() -> None:
 def test_cube__has_the_answers_over_the_axes() -> None:
     question = read_question({**PLATE, "speed": ["3 km/s", "7 km/s"], "plate_thickness": ["1 mm", "2 mm", "3 mm"]})
     cube = cube_of(question)
-    assert cube.hole_diameter.dims == ("law_of_hole_diameter", "speed", "plate_thickness")
+    assert cube.hole_diameter_by_law.dims == ("speed", "plate_thickness", "hole_diameter_law")
     for answer in answers(question):
         at = cube.sel(speed=answer.parameters["speed"], plate_thickness=answer.parameters["plate_thickness"])
         for each in answer.quantities[0].laws:
-            got = float(at.hole_diameter.sel(law_of_hole_diameter=each.law.name))
+            got = float(at.hole_diameter_by_law.sel(hole_diameter_law=each.law.name))
             assert got == pytest.approx(each.value, nan_ok=True)
     plain = json.loads(json.dumps(document(question)))
     assert len(plain["items"]) == 6

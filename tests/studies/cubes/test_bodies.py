@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
+from studies.cubes.opening import whole_cube
 from studies.reports.page import appendix, page
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
@@ -24,7 +25,7 @@ def computed(plain: dict[str, Any], directory: Path) -> xr.Dataset:
     sweep = Sweep.parse(plain)
     results = {point.run.id: execute(point.run, directory / point.run.id, threads=1) for point in sweep.runs()}
     path = cube.write(cube.build(sweep, results), directory / "cube.nc")
-    return xr.load_dataset(path)
+    return whole_cube(path)
 
 
 def reported(dataset: xr.Dataset) -> dict[str, Any]:

@@ -14,7 +14,9 @@ import xarray as xr
 from studies import laws
 from studies.cubes import audit, cube
 from studies.cubes.exports import runs_csv
+from studies.cubes.groups import as_tree
 from studies.cubes.growing import still_growing
+from studies.cubes.opening import open_tree, whole_cube
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
@@ -194,22 +196,27 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     assert kinetic.isel(speed=1).isnull().all()
 
 
+@pytest.mark.claim("contract", "groups-are-cf")
 @pytest.mark.parametrize(
     "case", claimed(("grid", "zip", "words", "refined", "nothing"), ("grid",), "cube", "cube-is-cf")
 )
 def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, case: str) -> None:
-    """compliance-checker finds no error against CF-1.11, and the file has what was built."""
+    """compliance-checker finds no error against CF-1.11 in each group of a cube as a file of its own.
+
+    The file has what was built.
+    """
     sweeps = {"zip": ZIP, "words": WORDS, "refined": fakes.refined_holes()}
     sweep = sweeps.get(case, fakes.holes())
     outcomes = {} if case == "nothing" else fakes.results(sweep)
     shots = fakes.SHOTS if case in ("grid", "refined") else ()
     dataset = fakes.cube_of(sweep, outcomes, observations=shots)
     file = cube.write(dataset, tmp_path / "cube.nc")
-    with xr.open_dataset(file) as read:
-        assert set(read.variables) == set(dataset.variables)
-        for name, array in dataset.variables.items():
-            np.testing.assert_array_equal(read[name].values, array.values)
-    assert compliance.complaints(file) == []
+    xr.testing.assert_equal(whole_cube(file), dataset)
+    with open_tree(file) as tree:
+        for group in tree.subtree:
+            own = tmp_path / f"{group.name or 'root'}.nc"
+            group.to_dataset().to_netcdf(own)
+            assert compliance.complaints(own) == [], group.path
 
 
 @pytest.fixture(scope="module")
@@ -217,18 +224,18 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """The cube of a refined sweep with laws, shots and histories, as its file has it."""
     sweep = fakes.refined_holes()
     built = fakes.cube_of(sweep, fakes.with_trouble(sweep), observations=fakes.SHOTS)
-    with xr.open_dataset(cube.write(built, tmp_path_factory.mktemp("cube") / "cube.nc")) as dataset:
-        return dataset.load()
+    return whole_cube(cube.write(built, tmp_path_factory.mktemp("cube") / "cube.nc"))
 
 
 @pytest.mark.claim("cube", "cube-reads")
 def test_cube__is_printed_from_its_main_results_on(written: xr.Dataset) -> None:
-    """A cube is printed with its main results first, and its variables are in the order of their groups."""
-    shown = [str(name) for name in written.data_vars]
-    assert shown[:3] == ["hole_diameter", "hole_diameter_reading_uncertainty", "hole_diameter_converged"]
-    groups = [GROUPS.index(array.attrs["group"]) for array in written.data_vars.values()]
-    assert groups == sorted(groups)
-    assert set(groups[:6]) == {GROUPS.index("result")}  # before the dots of xarray
+    """A cube is printed with its main results first, one of each point, and its groups in their order."""
+    tree = as_tree(written)
+    assert list(tree.data_vars)[:2] == ["hole_diameter", "hole_diameter_uncertainty"]
+    assert tree.hole_diameter.dims == ("speed",)
+    assert tree["refinement"].hole_diameter.dims == ("speed", "cells_per_diameter", "offset")
+    np.testing.assert_array_equal(tree.hole_diameter, written.hole_diameter_converged)
+    assert [*tree.children] == list(GROUPS[1:])
 
 
 @pytest.mark.claim("cube", "cube-reads")

@@ -121,7 +121,7 @@ def test_export__is_read_by_vtk_with_every_field_unit_and_time(
 def test_cube__is_the_same_as_zarr_and_its_table_has_every_run(name: str, cube_file: Path, tmp_path: Path) -> None:
     assert run("export", cube_file, "--zarr", tmp_path / name, "--csv", tmp_path / "runs.csv") == 0
     store = zarr.storage.ZipStore(tmp_path / name, mode="r") if name.endswith("zip") else tmp_path / name
-    with xr.open_dataset(cube_file) as written, xr.open_zarr(store) as read:
+    with xr.open_datatree(cube_file) as written, xr.open_datatree(store, engine="zarr") as read:
         xr.testing.assert_identical(read.load(), written.load())
         table = pd.read_csv(tmp_path / "runs.csv")
-        assert table["run_id"].tolist() == written.run_id.values.ravel().tolist()
+        assert table["run_id"].tolist() == written["runs"].run_id.values.ravel().tolist()

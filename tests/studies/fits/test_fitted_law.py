@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from studies.cubes.catalogue import catalogue_of
+from studies.cubes.cube import write
 from studies.fits.fit import fit
 from studies.fits.fitted import FittedLaw, read_law
 from studies.fits.forms import FORMS
@@ -73,7 +74,7 @@ def test_file__of_a_fit_is_read_into_the_document_of_a_sweep(law: FittedLaw, tmp
 
 def test_command__writes_a_fit_that_a_sweep_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     dataset = sized_cube(CRATERS, lambda shot: 2e-4 * shot.speed**0.5, "crater_depth")
-    dataset.to_netcdf(tmp_path / "cube.nc")
+    write(dataset, tmp_path / "cube.nc")
     file = tmp_path / "my.json"
     options = ["--quantity", "crater_depth", "--form", "power", "--out", str(file)]
     assert run("fit", str(tmp_path), *options) == 0

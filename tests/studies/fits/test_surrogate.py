@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 
 from service.cli.local import run_sweep
-from studies.cubes.reading import open_cube
+from studies.cubes.cube import write
+from studies.cubes.opening import whole_cube
 from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
 from studies.laws import Shot
@@ -114,7 +115,7 @@ def test_command__prints_errors_indices_and_a_prediction(
     cube: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The command `whipple surrogate` prints the errors, Sobol indices and a prediction of a cube."""
-    cube.isel(speed=slice(1, 6)).to_netcdf(tmp_path / "cube.nc")
+    write(cube.isel(speed=slice(1, 6)), tmp_path / "cube.nc")
     picture = tmp_path / "a.svg"
     assert run("surrogate", str(tmp_path), "--at", "speed=5.5 km/s", "--json", "--plot", str(picture)) == 0
     plain = json.loads(capsys.readouterr().out)
@@ -158,7 +159,7 @@ def test_surrogates_of_examples__predict_each_run_from_the_others(
     every = []
     for name, cells in ON_GRIDS.items():
         run_sweep({**read_yaml(examples.text(name), name), "resolution": cells}, tmp_path / name)
-        dataset = open_cube(tmp_path / name)
+        dataset = whole_cube(tmp_path / name)
         for quantity in ("hole_diameter", "crater_depth", "crater_diameter"):
             if quantity in dataset:
                 left = surrogate_of(dataset, quantity).left_out

@@ -11,6 +11,7 @@ import xarray as xr
 
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.cells import OF_MESH, SUB_CELL
+from studies.cubes.opening import whole_cube
 from studies.quantities.measured import numerical_parts
 from studies.reports.publish import publish
 from studies.runs.execution import execute
@@ -54,8 +55,7 @@ def test_report__has_the_numbers_about_each_law_that_its_runs_give(
     ]
     publish(SWEEP, {run.id: result for run, result in results}, tmp_path)
     document = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
-    with xr.open_dataset(tmp_path / "cube.nc") as opened:
-        cube = opened.load()
+    cube = whole_cube(tmp_path)
     speeds = cube.speed.values.tolist()
     holes = [
         converge(_sample(run, result) for run, result in results if run.parameters["speed"] == speed)

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
+from studies.cubes.opening import whole_cube
 from studies.cubes.points import main_quantities
 from studies.reports import report
 from studies.reports.compare import compare
@@ -54,7 +55,7 @@ def bands(figure: Figure) -> list[Series]:
 
 @pytest.mark.claim("report", "cube-redoes-figures")
 def test_main_figure__is_redone_from_the_cube_alone() -> None:
-    """xarray.open_dataset("cube.nc") alone redoes the main figure of the report, in millimetres and in diameters."""
+    """The variables of a cube alone redo the main figure of the report, in millimetres and in diameters."""
     dataset = fakes.cube_of(PLAIN, fakes.with_trouble(PLAIN))
     holes = dataset.hole_diameter.where(dataset.run_state == 0)
     for ending, divisor in (("laws", 1.0), ("laws_ratio", dataset.equivalent_diameter)):
@@ -179,8 +180,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
-    with xr.open_dataset(folder / "cube.nc") as dataset:
-        every = report.report_of(dataset).head.figures
+    every = report.report_of(whole_cube(folder)).head.figures
     files = draw_figures(folder, tmp_path, "svg")
     assert [file.name for file in files] == [f"{figure.name}.svg" for figure in every]
     for figure, file in zip(every, files, strict=True):

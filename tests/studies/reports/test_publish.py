@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
+from studies.cubes.opening import whole_cube
 from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.quantities.parameters import Plain
@@ -67,8 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_cube_alone__redoes_the_report(folder: Path) -> None:
     """But for the date and what the computation took."""
-    with xr.open_dataset(folder / "cube.nc") as dataset:
-        document = report.report_of(dataset).as_json()
+    document = report.report_of(whole_cube(folder)).as_json()
     published = json.loads((folder / "report.json").read_text())
     assert published["provenance"]["cube"].pop("date_created")
     for run in published["runs"]["runs"]:
@@ -92,14 +91,14 @@ def test_cube__has_the_same_bytes_whoever_computes_the_sweep(folder: Path, tmp_p
 
 
 def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(folder: Path) -> None:
-    with xr.open_dataset(folder / "cube.nc") as dataset:
-        crashed = dataset.sel(speed=3e3, plate_thickness=2e-3)
-        assert crashed.run_reason.item() == "killed by signal 9"
-        laws = dataset.hole_diameter_by_law
-        answer = laws.sel(speed=6e3, plate_thickness=2e-3, hole_diameter_law="maiden_al")
-        assert float(answer) / 8e-3 == pytest.approx(1.971, abs=5e-4)  # Ma (2005), Eq. 1-3
-        # The shot takes from the sweep what it does not state.
-        assert float(dataset.observation_equivalent_diameter[0]) == 8e-3
-        assert np.isfinite(dataset.hole_diameter_by_law_at_observation).any()
-        materials = json.loads(dataset.attrs["materials"])
+    dataset = whole_cube(folder)
+    crashed = dataset.sel(speed=3e3, plate_thickness=2e-3)
+    assert crashed.run_reason.item() == "killed by signal 9"
+    laws = dataset.hole_diameter_by_law
+    answer = laws.sel(speed=6e3, plate_thickness=2e-3, hole_diameter_law="maiden_al")
+    assert float(answer) / 8e-3 == pytest.approx(1.971, abs=5e-4)  # Ma (2005), Eq. 1-3
+    # The shot takes from the sweep what it does not state.
+    assert float(dataset.observation_equivalent_diameter[0]) == 8e-3
+    assert np.isfinite(dataset.hole_diameter_by_law_at_observation).any()
+    materials = json.loads(dataset.attrs["materials"])
     assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]

@@ -20,18 +20,18 @@ from tests.studies.shields.samples import QUESTION
 def test_cube__has_the_answers_over_the_axes() -> None:
     question = read_question({**QUESTION, "speed": ["3 km/s", "7 km/s"], "obliquity": ["0 deg", "45 deg"]})
     cube = cube_of(question)
-    assert cube.critical_diameter.dims == ("law_of_critical_diameter", "speed", "obliquity")
+    assert cube.critical_diameter_by_law.dims == ("speed", "obliquity", "critical_diameter_law")
     for answer in answers(question):
         at = cube.sel(speed=answer.parameters["speed"], obliquity=answer.parameters["obliquity"])
         for each in answer.quantities[0].laws:
-            got = float(at.critical_diameter.sel(law_of_critical_diameter=each.law.name))
+            got = float(at.critical_diameter_by_law.sel(critical_diameter_law=each.law.name))
             assert got == pytest.approx(each.value, nan_ok=True)
     plain = json.loads(json.dumps(document(question)))
     assert len(plain["items"]) == 4
     for item in plain["items"]:
         at = cube.sel({axis.name: item["parameters"][axis.name] for axis in question.axes})
         for safe in item["shield"]["safe"]:
-            where = {"risk": safe["risk"]} if safe["risk"] else {"law_of_critical_diameter": safe["law"]}
+            where = {"risk": safe["risk"]} if safe["risk"] else {"critical_diameter_law": safe["law"]}
             name = f"safe_{safe['size']}_by_{'risk' if safe['risk'] else 'law'}"
             got = at[name].sel(where).item()
             assert got == safe["value"] or (math.isnan(got) and safe["value"] is None)

@@ -100,12 +100,12 @@ CRATER_LAWS = (
 
 HOLES = {
     "hole_diameter": Quantity("hole_diameter", "m", "clear opening"),
-    "hole_diameter_areal": Quantity("hole_diameter_areal", "m", "opening by areal density"),
+    "hole_diameter_areal": Quantity("hole_diameter_areal", "m", "opening by areal density", first=False),
 }
 CRATERS = {
     "crater_depth": Quantity("crater_depth", "m", "depth from the original surface"),
     "crater_diameter": Quantity("crater_diameter", "m", "diameter at the original surface"),
-    "crater_depth_over_diameter": Quantity("crater_depth_over_diameter", "1", "depth over diameter"),
+    "crater_depth_over_diameter": Quantity("crater_depth_over_diameter", "1", "depth over diameter", first=False),
 }
 
 
