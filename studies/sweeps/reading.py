@@ -1,6 +1,7 @@
 """Reads the document of a sweep, YAML or JSON as plain values, into checked fields, or a list of all errors."""
 
 import math
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -83,8 +84,16 @@ def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits
     """What ``make`` makes of the checked fields of a document: the sweep; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
+    swept = as_sweep(document, KEYS)
     with few_suggestions():
-        return _DocumentReading(as_sweep(document, KEYS), limits).sweep(make)
+        try:
+            return _DocumentReading(swept, limits).sweep(make)
+        except InvalidInput as error:
+            if swept is document:
+                raise
+            # The parameters of a shot stand at the top.
+            at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
+            raise InvalidInput(at_top) from None
 
 
 class _DocumentReading:
