@@ -36,7 +36,7 @@ from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain
-from studies.sweeps.document import read_sweep_file, with_files
+from studies.sweeps.document import document_of
 
 if TYPE_CHECKING:
     from studies.cubes.reading import Dataset
@@ -52,7 +52,7 @@ MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
-SweepSource = Mapping[str, Plain] | str | Path  # a sweep, or its YAML or JSON file
+SweepSource = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
 
 
 class StillRunning(WhippleError):
@@ -391,8 +391,7 @@ class SweepHandle:
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
-    sweep = with_files(sweep, Path()) if isinstance(sweep, Mapping) else read_sweep_file(Path(sweep))
-    content = json.dumps(sweep, default=str).encode()
+    content = json.dumps(document_of(sweep), default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
 
 

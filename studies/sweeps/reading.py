@@ -35,7 +35,7 @@ from studies.quantities.parameters import (
     parse_values,
 )
 from studies.quantities.units import exact_number
-from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
+from studies.sweeps.accuracy import ACCURACY, USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.flat import as_sweep
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
@@ -408,6 +408,9 @@ class _DocumentReading:
         if values is None:
             return ()
         self._require_free("resolution", values, RESOLUTION)
+        if isinstance(values, str) and (meant := next((name for name in nearest(values, ACCURACY)), "")):
+            limit = "cells across the projectile or bar; a mesh error by its name is an accuracy"
+            raise refusal("resolution", values, limit, f"write accuracy: {meant}")
         parameter = self.record[RESOLUTION]
         if not isinstance(values, list | tuple | Mapping):
             value = parse_value(parameter, values, "resolution")
