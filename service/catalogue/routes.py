@@ -13,7 +13,6 @@ from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, LawModel, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
-from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.schema import schema_of_sweep
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
@@ -69,12 +68,6 @@ def list_materials() -> CatalogueModel:
 def list_laws() -> Items[LawModel]:
     """Every law, with equation, source and range."""
     return Items(items=[LawModel.model_validate(laws.load(name).describe()) for name in laws.names()])
-
-
-@written_once("/accuracies", CatalogueModel)
-def list_accuracies() -> CatalogueModel:
-    """The names that `accuracy` in a sweep may have, each with its mesh error, relative."""
-    return CatalogueModel(items=[{"name": name, "error": error} for name, error in ACCURACY.items()])
 
 
 @written_once("/recipes", CatalogueModel)

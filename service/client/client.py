@@ -224,10 +224,6 @@ class Client:
         """Every law."""
         return self._items("laws")
 
-    def accuracies(self) -> list[dict[str, Plain]]:
-        """The names of accuracies, each with its mesh error."""
-        return self._items("accuracies")
-
     def _whole_id(self, kind: str, prefix: str, label: str) -> str:
         """The only id that begins so; what is no prefix of an id stays as it is, for the service to refuse."""
         if not _PREFIX.fullmatch(prefix):

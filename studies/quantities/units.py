@@ -208,12 +208,6 @@ def pattern_of(unit: str) -> str:
     return rf"^\s*(?:{quantity}{inches})$"
 
 
-def examples_of(unit: str, bounds: Bounds = UNBOUNDED) -> list[str]:
-    """Texts of allowed quantities in an SI unit, for those who write one."""
-    ends = (end for end in (bounds.minimum, bounds.maximum) if end is not None)
-    return [readable(end, unit) for end in ends] or [f"1 {name}" for name in _sample_units(unit)]
-
-
 def convert(number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
     raw, cure = f"{number} {unit_text}", _cure(unit, bounds)

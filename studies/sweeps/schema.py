@@ -46,7 +46,8 @@ TEXT: Schema = {"type": "string", "minLength": 1, "pattern": r"\S"}
 SHARE: Schema = {"type": ["number", "string"], "pattern": pattern_of("1").replace("$", r"%?\s*$")}
 # A number, with its unit or without, of which no record is known.
 CONSTANT: Schema = {"type": ["number", "string", "null"]}
-NOTHING: Schema = {"not": {}}
+WITHOUT_NULL = ("name", "title", "combine", "model_part")  # keys that are left out, and not empty
+NULL: Schema = {"type": "null"}
 CELL: Schema = {"type": ["string", "number", "boolean", "null"]}  # of a table of shots
 
 
@@ -116,7 +117,7 @@ class _Definitions:
         varied = {**_with_constants(axes, roles, self._several(CONSTANT)), "minProperties": 1}
         properties = {
             "scenario": {"type": "string", "const": scenario.name, "description": scenario.description},
-            "fixed": self.part(f"{head}Fixed", _with_constants(fixed, roles, CONSTANT)),
+            "fixed": _any_of(self.part(f"{head}Fixed", _with_constants(fixed, roles, CONSTANT)), NULL),
             "axes": self.part(f"{head}Axes", {**varied, "maxProperties": LIMITS.max_axes}),
             **self.keys(scenario),
         }
@@ -191,7 +192,7 @@ class _Definitions:
                 "in place of an accuracy: cells across the projectile or bar, one number or several: 16, 24, 32"
             )
         if OFFSET in parameters:
-            keys["offsets"] = _whole(1, MOST_OFFSETS) | _about(
+            keys["offsets"] = _any_of(_whole(1, MOST_OFFSETS), self._number("integer")["anyOf"][1]) | _about(
                 "runs at each resolution, the grid shifted by a part of a cell from one to the next; their scatter is "
                 "part of the error bar"
             )
@@ -199,13 +200,16 @@ class _Definitions:
             keys["ends"] = {"type": "array", "items": {"type": "object"}} | _about(
                 "points with a latest end of their own: a value of each axis, and end_time"
             )
-        return keys
+        return {
+            key: schema if key in WITHOUT_NULL else {**_any_of(schema, NULL), **_about(schema["description"])}
+            for key, schema in keys.items()
+        }
 
     # --- parameters -----------------------------------------------------------------------------
 
     def _fixed(self, parameter: Parameter, record: type) -> Schema:
         one = self._value(parameter, record)
-        return _described(_any_of(one, {"type": "null"}) if parameter.optional else one, parameter)
+        return _described(_any_of(one, NULL) if parameter.optional else one, parameter)
 
     def _listed(self, places: Places, record: type) -> Schema:
         """A list of records such as bumpers."""
@@ -373,5 +377,5 @@ def _stated(name: str) -> Schema:
 SAMPLED: Schema = {
     "if": {"properties": {"combine": {"enum": [*METHODS]}}, "required": ["combine"]},
     "then": {"required": ["points", "seed"]},
-    "else": {"properties": {"points": NOTHING, "seed": NOTHING}},
+    "else": {"properties": {"points": NULL, "seed": NULL}},
 }
