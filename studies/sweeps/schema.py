@@ -86,21 +86,30 @@ class _Definitions:
 
     def __init__(self, place: str):
         self.place = place
+        self.is_file = place == DEFINITIONS  # and not part of OpenAPI
         self.parts: Schemas = {}
 
     def every(self) -> Schemas:
         members = {name: self._scenario(scenarios.load(name)) for name in scenarios.names()}
         about = "A scenario, its fixed parameters and the axes that vary; or a shot, its parameters at the top."
-        # Its own words about the scenario are there for readers of errors, who otherwise have those of each member.
-        union: Schema = {
-            "properties": {"scenario": {"enum": [*members]}},
-            **{"if": {"not": {"required": ["speed"]}}, "then": {"required": ["scenario"]}},
-            "oneOf": [*members.values(), self._shot()],
-        }
-        if self.place != DEFINITIONS:  # OpenAPI's
-            mapping = {name: member["$ref"] for name, member in members.items()}
-            union["discriminator"] = {"propertyName": "scenario", "mapping": mapping}
+        union = self._chosen(members) if self.is_file else self._discriminated(members)
         return dict(sorted({**self.parts, SWEEP: {"title": SWEEP, "description": about, **union}}.items()))
+
+    def _chosen(self, members: Schemas) -> Schema:
+        """The union as conditions: what is wrong is then told of the scenario that is meant, and of no other."""
+        is_shot: Schema = {"required": ["speed"], "not": {"required": ["scenario"]}}
+        named: Schema = {"properties": {"scenario": {"enum": [*members]}}, "required": ["scenario"]}
+        of_each = [
+            {"if": {"properties": {"scenario": {"const": name}}, "required": ["scenario"]}, "then": member}
+            for name, member in members.items()
+        ]
+        return {"type": "object", "allOf": [{"if": is_shot, "then": self._shot(), "else": named}, *of_each]}
+
+    def _discriminated(self, members: Schemas) -> Schema:
+        """The union as OpenAPI has it, and as generated clients know it."""
+        mapping = {name: member["$ref"] for name, member in members.items()}
+        discriminator = {"propertyName": "scenario", "mapping": mapping}
+        return {"oneOf": [*members.values(), self._shot()], "discriminator": discriminator}
 
     def part(self, name: str, schema: Schema) -> Schema:
         """A reference to a part, which is there from now on."""
@@ -139,7 +148,7 @@ class _Definitions:
 
     def _rules(self, rules: list[Schema]) -> Schema:
         """Rules between keys; OpenAPI has none, since clients and tests that are made from it cannot use them."""
-        return {"allOf": rules} if self.place == DEFINITIONS else {}
+        return {"allOf": rules} if self.is_file else {}
 
     def stated(self, records: Sequence[type]) -> Schemas:
         """The parameters of records, each with one value or several."""
@@ -244,8 +253,10 @@ class _Definitions:
         unit = parameter.unit or "1"
         if unit == "1":
             return self._number("number", parameter)
-        text = {"type": "string", "maxLength": LONGEST_TEXT, "pattern": pattern_of(unit)}
-        return self.part(_camel(dimension_of(unit)), _about(f"{a_quantity(unit)} with its unit") | text)
+        about = f"{a_quantity(unit)} with its unit"
+        text: Schema = {"type": "string", "maxLength": LONGEST_TEXT, "pattern": pattern_of(unit)}
+        told = {"patternErrorMessage": about} if self.is_file else {}  # in editors, in place of the pattern
+        return self.part(_camel(dimension_of(unit)), {**_about(about), **text, **told})
 
     def _number(self, kind: str, parameter: Parameter | None = None) -> Schema:
         """A number within the bounds of a parameter, or its text."""

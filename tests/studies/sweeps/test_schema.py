@@ -77,9 +77,7 @@ OF_A_SHOT: list[tuple[str, Any]] = [
 
 def fields_of(document: Mapping[str, Any]) -> set[str]:
     """The places at which the schema refuses a document, as the service names them."""
-    errors = [*SCHEMA.iter_errors(document)]
-    alone = [error for error in errors if error.validator != "oneOf"]
-    return {field for error in alone or errors for field in _fields(error)}
+    return {field for error in SCHEMA.iter_errors(document) for field in _fields(error)}
 
 
 def _fields(error: jsonschema.ValidationError) -> Iterator[str]:
@@ -99,13 +97,9 @@ def _fields(error: jsonschema.ValidationError) -> Iterator[str]:
         yield path
 
 
-def _far(branch: list[jsonschema.ValidationError]) -> tuple[bool, bool, int]:
-    """How little a branch of a union is meant: it is of another scenario, or type, or has more errors."""
-    other = any(
-        [*error.path] == ["scenario"] or (error.validator == "required" and "'scenario'" in error.message)
-        for error in branch
-    )
-    return other, any(error.validator == "type" and not error.path for error in branch), len(branch)
+def _far(branch: list[jsonschema.ValidationError]) -> tuple[bool, int]:
+    """How little a branch of a union is meant: it is of another type, or has more errors."""
+    return any(error.validator == "type" and not error.path for error in branch), len(branch)
 
 
 def fields_of_service(document: Mapping[str, Any]) -> set[str]:
