@@ -98,6 +98,7 @@ $(RUNTIME): pyproject.toml constraints.txt
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
 	@$(call INSTALL,--editable '.[dev]')
+	@$(BIN)/whipple schema | tee $(addsuffix /sweep.schema.json,$(wildcard studies/*/examples)) > /dev/null
 	@touch $@
 
 $(CLAIMS): $(DEVELOPMENT)

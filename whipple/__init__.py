@@ -14,23 +14,39 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from solver.registry import points
+from studies.quantities.findings import InvalidInput
 
 if TYPE_CHECKING:
     import xarray
 
     from service.client.client import Client
+    from service.estimates.estimate import estimate
     from service.notebooks.folder import SweepFolder
     from studies.answers.cube import laws
     from studies.films.film_dataset import open_film
-    from studies.quantities.parameters import Plain
+    from studies.notebooks.tables import materials
+    from studies.shields.shots.frame import shots
 
-__all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
+    __version__: str
+
+__all__ = [
+    "Client",
+    "InvalidInput",
+    "estimate",
+    "flag_words",
+    "laws",
+    "materials",
+    "open_cube",
+    "open_film",
+    "run_sweep",
+    "shots",
+]
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
 def run_sweep(
-    document: Mapping[str, "Plain"] | str | Path,
+    document: Mapping[str, Any] | str | Path,
     out: str | Path,
     *,
     overwrite: bool = False,
@@ -42,9 +58,10 @@ def run_sweep(
     The folder is a path that a notebook shows as a table; ``plot()`` draws the figures of its report, and ``film()``
     the film of a run.
 
-    ``document`` is a mapping or the path of a YAML file. Its ``observations`` may be the path of a table of shots, from
-    the current folder or from that of the YAML file. The folder holds ``cube.nc``, ``runs.csv``, ``report.html``,
-    ``appendix.html`` and ``report.json``; called again with the same folder, it resumes: values on the
+    ``document`` is a mapping or the path of a YAML file. In a mapping, arrays and quantities of pint may stand for
+    numbers with a unit: ``"axes": [("speed", np.linspace(2, 7, 11), "km/s")]``. Its ``observations`` may be the path of
+    a table of shots, from the current folder or from that of the YAML file. The folder holds ``cube.nc``, ``runs.csv``,
+    ``report.html``, ``appendix.html`` and ``report.json``; called again with the same folder, it resumes: values on the
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
     is to be replaced (``overwrite``). ``keep`` selects the files kept for each run: ``numbers``, also the ``final``
     state, or also the ``film``, which is then in ``runs/RUN/film.npz``. ``runs.csv`` has the
@@ -99,6 +116,10 @@ def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
 
 def __getattr__(name: str) -> Any:
     """What features offer is imported when it is first asked for."""
+    if name == "__version__":
+        from service import version
+
+        return version()
     if name in __all__:
         return _of_feature(name)
     raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")

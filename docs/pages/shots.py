@@ -118,7 +118,7 @@ def computed(
             if measured_with[quantity] != [present]:
                 raise ValueError(
                     f"{folder}: {quantity} has version {measured_with[quantity]} in place of {present}; measure again "
-                    f"with 'whipple remeasure --data {folder}/.whipple', or use another directory"
+                    f"with 'whipple doctor --remeasure --data {folder}/.whipple', or use another directory"
                 )
             for match in matched_observations(points, quantity):
                 shot = all_shots[match.observation]

@@ -52,6 +52,8 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
         title="whipple",
         summary="Compute sweeps of hypervelocity impacts, and compare the results with published laws.",
         version=version(),
+        license_info={"name": "BSD 3-Clause License", "identifier": "BSD-3-Clause"},
+        servers=[{"url": "/", "description": "The service that this document comes from"}],
         docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request

@@ -244,6 +244,37 @@ class ScenarioModel(Answer):
     parameters: list[ParameterModel]
 
 
+class LimitModel(Answer):
+    """A limit of a law's range."""
+
+    words: str
+    code: str
+    symbol: str = Field(description="Of a number between bounds")
+    low: float | None
+    high: float | None
+    unit: str = Field(description="SI symbol")
+    names: tuple[str, ...] = Field(description="Families or materials")
+    source: str
+    machine_checked: bool = Field(description="Whether a shot is checked against it, or the reader is told alone")
+
+
+class LawModel(Answer):
+    """A law."""
+
+    name: str
+    title: str
+    quantity: str
+    equation: str
+    latex: str
+    source: str
+    confidence: str
+    use: str = Field(description="`verdict`, or `drawn only` with the reason")
+    scatter: float | None = Field(description="Relative standard deviation of measured values about it, as published")
+    size_exponent: float | None = Field(description="Of the value as a power of the size of the whole shot")
+    largest_obliquity: float = Field(description="Radian; 0: for normal impact")
+    range: list[LimitModel]
+
+
 class CatalogueModel(Answer):
     """Entries that ship with the service, each as its own file describes it."""
 

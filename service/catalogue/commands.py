@@ -45,6 +45,14 @@ def list_kind(
         _show_scenario(scenarios.load(name)) if name else _list_scenarios(map(scenarios.load, scenarios.names()))
 
 
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of a sweep, for editors: whipple schema > sweep.schema.json, beside its file."""
+    from studies.sweeps.schema import schema_of_sweep
+
+    print_json(schema_of_sweep())
+
+
 def _list_materials(listed: "Iterable[Material]") -> None:
     rows = (
         (

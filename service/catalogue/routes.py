@@ -1,20 +1,25 @@
 """The catalogue: scenarios with their parameters, materials with their sources, laws, presets; written once."""
 
+import json
 from collections.abc import Callable
 from dataclasses import asdict
+from typing import Any
 
 from fastapi import APIRouter, Response
 from pydantic import BaseModel
 
 from service.api.once import built_once
 from service.api.routes import Routes
-from service.api.schemas import CatalogueModel, Items, ScenarioModel
+from service.api.schemas import CatalogueModel, Items, LawModel, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
-from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.schema import schema_of_sweep
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
-ROUTES = Routes("catalogue", 60, guarded=(router,))
+open_router = APIRouter(prefix="/v1", tags=["catalogue"])  # editors have no key
+ROUTES = Routes("catalogue", 60, guarded=(router,), open=(open_router,))
+SCHEMA_JSON = "application/schema+json"
+SCHEMA_ANSWER: dict[str, Any] = {"content": {SCHEMA_JSON: {"schema": {"type": "object"}}}}
 
 Listing = Callable[[], BaseModel]
 
@@ -36,6 +41,17 @@ def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listi
     return add
 
 
+@open_router.get("/schema/sweep", responses={200: SCHEMA_ANSWER}, response_class=Response)
+def show_sweep_schema() -> Response:
+    """The JSON Schema of a sweep, for editors and clients; `whipple schema` prints the same."""
+    return Response(_schema(), media_type=SCHEMA_JSON)
+
+
+@built_once
+def _schema() -> bytes:
+    return json.dumps(schema_of_sweep(), ensure_ascii=False).encode()
+
+
 @written_once("/scenarios", Items[ScenarioModel])
 def list_scenarios() -> Items[ScenarioModel]:
     """Every scenario, with unit, bounds, default and meaning of its parameters."""
@@ -48,16 +64,10 @@ def list_materials() -> CatalogueModel:
     return CatalogueModel.model_validate({"items": [materials.load(name).document() for name in materials.names()]})
 
 
-@written_once("/laws", CatalogueModel)
-def list_laws() -> CatalogueModel:
+@written_once("/laws", Items[LawModel])
+def list_laws() -> Items[LawModel]:
     """Every law, with equation, source and range."""
-    return CatalogueModel.model_validate({"items": [laws.load(name).describe() for name in laws.names()]})
-
-
-@written_once("/accuracies", CatalogueModel)
-def list_accuracies() -> CatalogueModel:
-    """The names that `accuracy` in a sweep may have, each with its mesh error, relative."""
-    return CatalogueModel(items=[{"name": name, "error": error} for name, error in ACCURACY.items()])
+    return Items(items=[LawModel.model_validate(laws.load(name).describe()) for name in laws.names()])
 
 
 @written_once("/recipes", CatalogueModel)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from service.cli.progress import Show
 from service.cli.signals import EndRequest, handling_end_signals
@@ -26,7 +26,7 @@ from solver.errors import WhippleError
 from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Plain
-from studies.sweeps.document import read_sweep_file, with_files
+from studies.sweeps.document import document_of
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -66,7 +66,7 @@ class Finished:
 
 
 def run_sweep(
-    document: Mapping[str, Plain] | str | Path,
+    document: Mapping[str, Any] | str | Path,
     out: str | Path,
     *,
     progress: Callable[[SweepStatus], None] = lambda status: None,
@@ -88,8 +88,7 @@ def run_sweep(
     """
     folder = Path(out)
     settings = (settings or Settings(data=folder / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
-    document = with_files(document, Path()) if isinstance(document, Mapping) else read_sweep_file(Path(document))
-    sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
+    sweep = Sweep.parse(document_of(document), SweepLimits(max_runs=settings.max_runs))
     if keep not in set(Keep):
         raise refusal("keep", keep, f"one of {', '.join(Keep)}", "write one of these")
     retention = Keep(keep)

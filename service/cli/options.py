@@ -7,7 +7,8 @@ import typer
 
 from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.parameters import Plain
-from studies.sweeps.document import read_law_file, read_sweep_file
+from studies.sweeps import document as sweep_document
+from studies.sweeps.document import read_law_file
 
 if TYPE_CHECKING:
     from service.records.jobs import SweepStatus
@@ -46,10 +47,7 @@ Data = Annotated[Path | None, typer.Option(help="Folder of database and results;
 
 def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Plain]:
     """The document of a sweep, with the content of the files of fitted laws, at an accuracy; raises InvalidInput."""
-    document: dict[str, Plain] = read_sweep_file(file)
-    if accuracy is not None:
-        document = {key: part for key, part in document.items() if key not in ("resolution", "offsets")}
-        document["accuracy"] = accuracy
+    document = sweep_document.document_of(file, accuracy=accuracy)
     if laws:
         own = document.get("laws") or []
         document["laws"] = [*own, *map(read_law_file, laws)] if isinstance(own, list) else own

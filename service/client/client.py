@@ -36,7 +36,7 @@ from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain
-from studies.sweeps.document import read_sweep_file, with_files
+from studies.sweeps.document import document_of
 
 if TYPE_CHECKING:
     from studies.cubes.opening import DataTree
@@ -52,7 +52,7 @@ MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
-SweepSource = Mapping[str, Plain] | str | Path  # a sweep, or its YAML or JSON file
+SweepSource = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
 
 
 class StillRunning(WhippleError):
@@ -224,10 +224,6 @@ class Client:
         """Every law."""
         return self._items("laws")
 
-    def accuracies(self) -> list[dict[str, Plain]]:
-        """The names of accuracies, each with its mesh error."""
-        return self._items("accuracies")
-
     def _whole_id(self, kind: str, prefix: str, label: str) -> str:
         """The only id that begins so; what is no prefix of an id stays as it is, for the service to refuse."""
         if not _PREFIX.fullmatch(prefix):
@@ -391,8 +387,7 @@ class SweepHandle:
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
-    sweep = with_files(sweep, Path()) if isinstance(sweep, Mapping) else read_sweep_file(Path(sweep))
-    content = json.dumps(sweep, default=str).encode()
+    content = json.dumps(document_of(sweep), default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
 
 

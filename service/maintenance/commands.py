@@ -37,6 +37,14 @@ def doctor(
     trust_clock: Annotated[
         bool, typer.Option("--trust-clock", help="Say that the clock is right: the service deletes by age again.")
     ] = False,
+    remeasure: Annotated[
+        bool,
+        typer.Option(
+            "--remeasure",
+            help="Apply changed definitions of measurements to the stored final states; stop the service first.",
+        ),
+    ] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="With --remeasure: only list the results.")] = False,
     as_json: Json = False,
     data: Data = None,
     database_url: DatabaseUrl = None,
@@ -46,10 +54,12 @@ def doctor(
     The exit status is 1 on an error.
     """
     settings = settings_of(data=data, database_url=database_url)
-    if adopt or trust_clock or forget_lost is not None:
+    if adopt or trust_clock or remeasure or forget_lost is not None:
         if as_json:
             raise refusal("--json", "--json", "a check without a cure", "leave it out")
         _cure(settings, forget_lost, adopt=adopt, trust_clock=trust_clock)
+        if remeasure:
+            _remeasure(settings, dry_run=dry_run)
         return
     from service.maintenance.doctor import CheckStatus, examine
 
@@ -67,6 +77,8 @@ def doctor(
 
 def _cure(settings: "Settings", forget_lost: int | None, *, adopt: bool, trust_clock: bool) -> None:
     """Change what the store holds about the clock, lost results, or its data directory."""
+    if not (adopt or trust_clock or forget_lost is not None):
+        return
     from service.queue import data_identity as identity
 
     with open_store(settings) as store:
@@ -156,20 +168,14 @@ def _size(option: str, text: str) -> int:
         raise refusal(option, text, "a size", "write it like 500GB or 2TiB") from None
 
 
-@app.command()
-def remeasure(
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the outdated results.")] = False,
-    data: Data = None,
-    database_url: DatabaseUrl = None,
-) -> None:
-    """Apply changed definitions of measurements to the stored final states; stop the service first."""
+def _remeasure(settings: "Settings", *, dry_run: bool) -> None:
+    """Read the stored final states again, by the definitions of measurements that changed."""
     from rich.console import Console
     from rich.progress import track
 
     from service.maintenance.remeasuring import Remeasured, plan_of, remeasure_runs
 
     terminal = Console(stderr=True)
-    settings = settings_of(data=data, database_url=database_url)
     done: list[Remeasured] = []
     with open_store(settings) as store, nullcontext() if dry_run else without_services(settings, store):
         plan = plan_of(store)

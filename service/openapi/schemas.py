@@ -3,9 +3,11 @@
 from pydantic import Field, JsonValue, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
+from service.api.routes import all_routes
 from service.api.schemas import COMPONENTS, REPORT, Answer
 from studies.reports.document import Head, schema_of_report
 from studies.reports.section import sections
+from studies.sweeps.schema import definitions
 
 
 class ErrorItem(Answer):
@@ -34,14 +36,18 @@ class ProblemDocument(Answer):
 
 
 def component_schemas() -> dict[str, JsonValue]:
-    """The schemas of problem documents and of report.json, for the components of OpenAPI."""
+    """The schemas of problem documents, of report.json, of a sweep and of what features add, for OpenAPI."""
     template = COMPONENTS + "{model}"
     problems = models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
-    return {**problems, **report_schemas(schema_of_report(sections()))}
+    schemas = {**problems, **report_schemas(schema_of_report(sections())), **definitions(COMPONENTS)}
+    for routes in all_routes():
+        schemas |= routes.components() if routes.components else {}
+    return schemas
 
 
 def report_schemas(adapter: TypeAdapter[Head]) -> dict[str, JsonValue]:
     """The components of report.json; those of its records begin with "Report.", as others may have their names."""
     report = adapter.json_schema(mode="serialization", ref_template=f"{COMPONENTS}{REPORT}.{{model}}")
-    records = report.pop("$defs", {})
-    return {REPORT: report, **{f"{REPORT}.{name}": schema for name, schema in records.items()}}
+    records = {f"{REPORT}.{name}": schema for name, schema in report.pop("$defs", {}).items()}
+    # Generated clients name a class by the title.
+    return {REPORT: report, **{name: {**schema, "title": name} for name, schema in records.items()}}

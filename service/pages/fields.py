@@ -10,9 +10,15 @@ from studies.quantities.findings import Finding
 from studies.quantities.parameters import LONGEST_WORD, Parameter
 from studies.quantities.units import readable
 from studies.sweeps.axes import RANGE_KEYS
+from studies.sweeps.schema import Schema, suggested
 
 NOTHING = "nothing"  # the value in the finding of a field that is missing
 OF_PARAMETERS = re.compile(r"(?:fixed|axes|parameters)\.(.+)")  # the field of a finding
+# Keys whose fields have several lines, with an example.
+LINES = {
+    "materials": "my-alloy:\n  base: al-6061-t6\n  strength:\n    A: 300 MPa",
+    "observations": "speed [km/s],hole_diameter [mm],source\n6.18,27.5,my notebook",
+}
 OF_MORE = ("laws", "ends")
 
 
@@ -21,7 +27,7 @@ class FormField:
     name: str
     label: str
     hint: str
-    kind: Literal["line", "lines"] = "line"
+    kind: Literal["line", "lines", "choice"] = "line"
     placeholder: str = ""
     choices: tuple[str, ...] = ()
     options: str = ""  # id of the list of names that a line may have
@@ -50,6 +56,20 @@ def field_of(parameter: Parameter) -> FormField:
         choices=choices,
         options="names-of-materials" if parameter.kind == "material" else own_list,
         required=parameter.required,
+    )
+
+
+def field_of_key(name: str, schema: Schema) -> FormField:
+    """The field of a key of a sweep's document."""
+    choices = suggested(schema)
+    return FormField(
+        name=name,
+        label=label_of(name),
+        hint=schema["description"],
+        kind="lines" if name in LINES else "choice" if "enum" in schema else "line",
+        placeholder=LINES.get(name, ""),
+        choices=choices,
+        options=f"choices-{name}" if choices else "",
     )
 
 

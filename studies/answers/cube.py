@@ -2,14 +2,15 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from studies.answers.answer import answers
 from studies.answers.question import Question, read_question
 from studies.answers.targets import Variable, targets
-from studies.quantities.parameters import Plain, Value
+from studies.quantities.arrays import plain
+from studies.quantities.parameters import Value
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,13 +72,14 @@ def netcdf(question: Question) -> bytes:
         return file.read_bytes()
 
 
-def laws(**parameters: Plain) -> "xr.Dataset":
+def laws(**parameters: Any) -> "xr.Dataset":
     """What every published law says of a shot, or of many, without a run: values in SI over axes and law.
 
     Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
     ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
-    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Of a
-    shield there are also the ``probability`` to fail and the sizes that are just safe. Raises InvalidInput.
+    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis, and so
+    does an array: ``speed=(np.linspace(2, 7, 11), "km/s")``, or one of pint. Of a shield there are also the
+    ``probability`` to fail and the sizes that are just safe. Raises InvalidInput.
 
     >>> import whipple
     >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")
@@ -85,4 +87,4 @@ def laws(**parameters: Plain) -> "xr.Dataset":
     >>> (1e3 * answer.hole_diameter_by_law.sel(hole_diameter_law="maiden_al")).round(2).values.tolist()
     [8.16, 11.83]
     """
-    return cube_of(read_question(parameters))
+    return cube_of(read_question(plain(parameters)))

@@ -86,19 +86,19 @@ class Question:
         return targets()[self.target].shot(stated, self.materials)
 
 
-def _records() -> tuple[type, ...]:
+def records() -> tuple[type, ...]:
     """The records of the parameters of a question, that of plates and blocks first."""
     return (ShotParameters, *(target.parameters for target in targets().values() if target.parameters))
 
 
 def shot_parameters() -> Mapping[str, Parameter]:
     """Every parameter of a question, those of plates and blocks first."""
-    return {name: parameter for record in _records() for name, parameter in declared(record).items()}
+    return {name: parameter for record in records() for name, parameter in declared(record).items()}
 
 
 def single_parameters() -> Mapping[str, Parameter]:
     """Those of which a shot has one, and not several as it may have bumpers: what is not stated is not there."""
-    return {name: declared(record)[name] for record in _records() for name in grouped(record)[""]}
+    return {name: declared(record)[name] for record in records() for name in grouped(record)[""]}
 
 
 def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
@@ -107,7 +107,7 @@ def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
     Raises InvalidInput where the values of a sweep are not every combination of those on its axes.
     """
     if not {*document} & ({*KEYS} - {OWN_MATERIALS}):
-        return by_place(document, "", *_records())
+        return by_place(document, "", *records())
     document = as_sweep(document, KEYS)
     combine = document.get("combine") or "grid"
     if combine != "grid":
@@ -117,7 +117,7 @@ def as_shot(document: Mapping[str, Plain]) -> dict[str, Plain]:
     fixed, axes = (document.get(key) or {} for key in ("fixed", "axes"))
     if not isinstance(fixed, Mapping) or not isinstance(axes, Mapping):
         raise refusal("fixed and axes", "no mapping", "names and values", "write fixed: {speed: 6 km/s}")
-    stated = {**by_place(fixed, "fixed", *_records()), **{name: _asked(values) for name, values in axes.items()}}
+    stated = {**by_place(fixed, "fixed", *records()), **{name: _asked(values) for name, values in axes.items()}}
     shot = {name: value for name, value in stated.items() if name not in left_out and "." not in name}
     return {**shot, **{key: document[key] for key in (OWN_MATERIALS,) if key in document}}
 

@@ -84,6 +84,10 @@ class AnsweredTarget:
         """What it says of a shot besides the laws."""
         return None
 
+    def record(self) -> type[Addition]:
+        """The record of its additions."""
+        raise NotImplementedError
+
     def told(self, addition: Addition) -> Told:
         """Its addition for a terminal."""
         raise NotImplementedError

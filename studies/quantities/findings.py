@@ -112,19 +112,27 @@ SYNONYMS: Mapping[str, str] = {
     "aluminium": "al",
     "aluminum": "al",
     "angle": "obliquity",
+    "block": "thick",
     "bullet": "projectile",
     "coarse": "draft",
+    "crater": "thick",
     "cu": "copper",
+    "duration": "end",
     "fe": "iron",
     "high": "fine",
+    "hole": "thin",
     "impactor": "projectile",
+    "incidence": "obliquity",
     "low": "draft",
     "medium": "standard",
+    "mesh": "cells",
     "normal": "standard",
     "obliqueness": "obliquity",
     "pb": "lead",
+    "resolution": "cells",
     "sphere": "projectile",
     "stainless": "steel",
+    "timestep": "dt",
     "titanium": "ti",
     "v": "speed",
     "velocity": "speed",
@@ -144,8 +152,8 @@ class Renamed:
     meant: Mapping[str, str]
 
 
-MOST_SUGGESTED = 3  # names in one cure that are near
 MOST_LISTED = 5  # names in one cure
+SPELLING, MISSPELT = 0.65, 0.88  # likeness of a name, and of a word with a meaning, that may be meant
 MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
 
 _searches: ContextVar[Iterator[int] | None] = ContextVar("searches", default=None)
@@ -168,7 +176,7 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     "did you mean 'thin_plate'?"
     >>> nearest_cure("impact velocity", ["speed", "target"])
     "did you mean 'speed'?"
-    >>> nearest_cure("aluminium", ["al-1100-o", "al-6061-t6", "lead"])
+    >>> nearest_cure("alumnium", ["al-1100-o", "al-6061-t6", "lead"])
     "did you mean 'al-1100-o' or 'al-6061-t6'?"
     >>> nearest_cure("high", ["draft", "standard", "fine"])
     "did you mean 'fine'?"
@@ -218,10 +226,10 @@ def _close(written: str, names: list[str]) -> list[str]:
     same = [name for name in names if name.lower() == written.lower()]
     if same or len(names) > MOST_NAMES:
         return same
-    words = _words(written)
+    words = [_meant(word) for word in _words(written)]
     return (
         _sharing(words, names, least=len({*words}))
-        or get_close_matches(written, names, n=1, cutoff=0.6)
+        or get_close_matches(written, names, n=1, cutoff=SPELLING)
         or _sharing(words, names)
     )
 
@@ -234,13 +242,18 @@ def _words(name: str) -> list[str]:
     return [SYNONYMS.get(word, word) for word in _WORDS.findall(name.lower())]
 
 
+def _meant(word: str) -> str:
+    """A word of a person, which may misspell one that has a meaning."""
+    return next((SYNONYMS[near] for near in get_close_matches(word, SYNONYMS, n=1, cutoff=MISSPELT)), word)
+
+
 def _sharing(words: list[str], names: list[str], least: int = 1) -> list[str]:
     """The names with most of these words and at least so many, those of the fewest others first."""
     shared = {name: len({*words} & {*_words(name)}) for name in names}
     most = max(shared.values(), default=0)
     best = [name for name, count in shared.items() if count == most >= max(1, least)]
     same = [name for name in best if _words(name) == words]
-    return same or sorted(best, key=lambda name: (len(_words(name)), name))[:MOST_SUGGESTED]
+    return same or sorted(best, key=lambda name: (len(_words(name)), name))[:MOST_LISTED]
 
 
 def shown(value: object) -> str:

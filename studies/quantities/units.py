@@ -27,11 +27,11 @@ LARGEST_EXPONENT = 200
 LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
 
 # One number (underscores, commas, expressions are refused), then a unit.
-_QUANTITY = re.compile(
-    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(\"″]).*)?\s*", re.DOTALL
-)
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_UNIT = '(?:1?/|[A-Za-z°µμΩ("″])'  # the beginning of one
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({_UNIT}.*)?\s*", re.DOTALL)
 # A fraction of an inch: 1/8 in, 1 1/8".
-_OF_AN_INCH = re.compile(r"\s*(?:(\d{1,4}) )?(\d{1,4})/([1-9]\d{0,3})\s*(in|inch|inches|\"|″)\s*")
+_OF_AN_INCH = re.compile(r'\s*(?:(\d{1,4}) )?(\d{1,4})/([1-9]\d{0,3})\s*(in|inch|inches|["″])\s*')
 # Factors of the units that materials and most sweeps are written in: pint is loaded (0.3 s of processor time,
 # 2026-11-22) for the others only. The test compares each with pint.
 _FACTORS = {
@@ -187,6 +187,25 @@ def parse_quantity(raw: object, unit: str, field: str, bounds: Bounds = UNBOUNDE
     if not unit_text:
         raise refusal(field, raw, _allowed(unit), _cure_for_bare_number(number, unit, bounds))
     return convert(number, unit_text, unit, field, bounds)
+
+
+def pattern_of(unit: str) -> str:
+    """A regular expression (ECMA 262) for every text that ``parse_quantity`` reads in an SI unit.
+
+    It lets units through that pint knows and no list here; refused are numbers without a unit, and with a listed one of
+    another dimension.
+
+    >>> [bool(re.search(pattern_of("m"), text)) for text in ("2 mm", '1/8"', "3 furlongs", "2", "2 km/s", "1e-3")]
+    [True, True, True, False, False, False]
+    """
+    if unit == "1":
+        return rf"^\s*{_NUMBER}\s*$"
+    usual = {(name, of) for of, (_, names) in _DIMENSIONS.items() for name in names} | {*_FACTORS}
+    own = {text for text, of in usual if of == unit} | ({"mil", "mils"} if unit in ("rad", "degree") else set())
+    others = "|".join(re.sub("[().]", r"\\\g<0>", text) for text in sorted({text for text, _ in usual} - own))
+    quantity = rf"{_NUMBER}\s*(?!(?:{others})\s*$|[eE][+-]?\d){_UNIT}[\s\S]*"
+    inches = rf"|{_OF_AN_INCH.pattern}" if unit == "m" else ""
+    return rf"^\s*(?:{quantity}{inches})$"
 
 
 def convert(number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:

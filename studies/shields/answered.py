@@ -74,6 +74,12 @@ class AnsweredShield(AnsweredTarget):
         assert isinstance(shot, ShotAtShield)
         return answer(shot)
 
+    def record(self) -> "type[ShieldAnswer]":
+        """The record of what equations and shots say."""
+        from studies.shields.shots.answers import ShieldAnswer
+
+        return ShieldAnswer
+
     def told(self, addition: "ShieldAnswer") -> Told:  # type: ignore[override]  # its own addition
         """The sentence, what has no probability and why, ordered shots; and the sizes that are just safe."""
         from studies.shields.safe import COLUMNS, of_ordered_shots, safe_sizes_of

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path, PurePath
+from typing import Any
 
 import yaml
 
@@ -10,6 +11,7 @@ try:  # libyaml's, ten times faster
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
+from studies.quantities.arrays import plain
 from studies.quantities.findings import MOST_LISTED, Finding, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import Plain
 from studies.quantities.texts import decoded
@@ -25,6 +27,23 @@ def read_sweep_file(file: Path) -> dict[str, Plain]:
     Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
     """
     return with_files(read_yaml(text_of(file, str(file)), str(file)), file.parent)
+
+
+def document_of(source: Mapping[str, Any] | str | Path, *, accuracy: str | float | None = None) -> dict[str, Plain]:
+    """The document of a mapping, which may have arrays, and paths that begin here; or of a YAML or JSON file.
+
+    With an ``accuracy`` in place of its resolution and offsets. Raises InvalidInput.
+    """
+    if isinstance(source, Mapping):
+        document = with_files({key: plain(part) for key, part in source.items()}, Path())
+    else:
+        document = read_sweep_file(Path(source))
+    if accuracy is None:
+        return document
+    return {
+        **{key: part for key, part in document.items() if key not in ("resolution", "offsets")},
+        "accuracy": accuracy,
+    }
 
 
 def with_files(document: Mapping[str, Plain], folder: Path) -> dict[str, Plain]:

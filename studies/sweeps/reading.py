@@ -1,6 +1,7 @@
 """Reads the document of a sweep, YAML or JSON as plain values, into checked fields, or a list of all errors."""
 
 import math
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -34,7 +35,7 @@ from studies.quantities.parameters import (
     parse_values,
 )
 from studies.quantities.units import exact_number
-from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
+from studies.sweeps.accuracy import ACCURACY, USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.flat import as_sweep
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
@@ -83,8 +84,16 @@ def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits
     """What ``make`` makes of the checked fields of a document: the sweep; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
+    swept = as_sweep(document, KEYS)
     with few_suggestions():
-        return _DocumentReading(as_sweep(document, KEYS), limits).sweep(make)
+        try:
+            return _DocumentReading(swept, limits).sweep(make)
+        except InvalidInput as error:
+            if swept is document:
+                raise
+            # The parameters of a shot stand at the top.
+            at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
+            raise InvalidInput(at_top) from None
 
 
 class _DocumentReading:
@@ -399,6 +408,9 @@ class _DocumentReading:
         if values is None:
             return ()
         self._require_free("resolution", values, RESOLUTION)
+        if isinstance(values, str) and (meant := next((name for name in nearest(values, ACCURACY)), "")):
+            limit = "cells across the projectile or bar; a mesh error by its name is an accuracy"
+            raise refusal("resolution", values, limit, f"write accuracy: {meant}")
         parameter = self.record[RESOLUTION]
         if not isinstance(values, list | tuple | Mapping):
             value = parse_value(parameter, values, "resolution")

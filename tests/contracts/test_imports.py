@@ -25,7 +25,9 @@ def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_dat
 def test_whipple__offers_the_public_names_and_no_more() -> None:
     import whipple
 
-    assert dir(whipple) == ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
+    offered = "Client InvalidInput estimate flag_words laws materials open_cube open_film run_sweep shots"
+    assert dir(whipple) == offered.split()
+    assert all(getattr(whipple, name) for name in (*dir(whipple), "__version__"))
     with pytest.raises(AttributeError, match="open_cube"):
         whipple.open_qube  # noqa: B018
 

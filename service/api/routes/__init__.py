@@ -29,6 +29,7 @@ class Routes:
     open: tuple[APIRouter, ...] = ()  # for callers without a key
     files: Mapping[str, Path] = field(default_factory=dict)  # folders of files for everyone, by address
     problem_page: ProblemPage | None = None  # shows a problem document to a browser
+    components: Callable[[], Mapping[str, JsonValue]] | None = None  # schemas that its routes refer to, by name
     # Called with the service while it is built: adds middleware around that of the spine, or parts of its ``state``.
     prepare: Callable[[FastAPI], None] | None = None
 

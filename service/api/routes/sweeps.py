@@ -29,32 +29,34 @@ from service.api.dependencies import (
 from service.api.readiness import check_directory
 from service.api.reading import expanded
 from service.api.routes import Routes
-from service.api.schemas import AcceptedSweepModel, PageOf, PointModel, SweepChange, SweepModel, example_sweeps
+from service.api.schemas import (
+    COMPONENTS,
+    AcceptedSweepModel,
+    PageOf,
+    PointModel,
+    SweepChange,
+    SweepModel,
+    example_sweeps,
+)
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, Keep, State, SweepState
 from service.store import Store
 from studies.quantities.parameters import Plain
+from studies.sweeps.schema import SWEEP
 
 submitting_router = APIRouter(prefix="/v1/sweeps", tags=["submit"])
 router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
 ROUTES = Routes("sweeps", 10, guarded=(submitting_router, router))
 
 RETRY_AFTER = "2"  # s, until a new sweep is worth another request
+SWEEP_SCHEMA: dict[str, Plain] = {"schema": {"$ref": COMPONENTS + SWEEP}}
 SWEEP_BODY: dict[str, Plain] = {
     "requestBody": {
         "required": True,
-        "description": (
-            "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `accuracy` is a mesh error (`3 %`, or by a "
-            "name), from which the grid of each point follows; or `resolution` states cells, one number or a list. "
-            "`offsets` is a number of sub-cell positions. `model_part` (`stored`, `screen` or `none`) says where the "
-            "uncertainty of the models comes from; `laws` has the content of files that `whipple fit` wrote. `combine` "
-            "is `grid`, `zip`, or for axes with `low` and `high` `latin-hypercube` or `sobol`, of which `points` are "
-            "sampled with a `seed`. `ends` has rows of points with a latest end of their own: a value of each axis, "
-            "and `end_time`. A stored document has in `cells` what its accuracy chose; a new submission chooses anew."
-        ),
+        "description": "A sweep document; `/v1/schema/sweep` is its schema. Quantities have a unit: `6 km/s`, `2 mm`.",
         "content": {
-            "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},
-            "application/yaml": {"schema": {"type": "object"}},
+            "application/json": {**SWEEP_SCHEMA, "examples": example_sweeps()},
+            "application/yaml": SWEEP_SCHEMA,
         },
     }
 }

@@ -19,7 +19,7 @@ from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.dependencies import in_child, submit, submitting
 from service.estimates.routes import priced
-from service.pages.fields import FieldGroup, field_of, is_missing, label_of, placed
+from service.pages.fields import FieldGroup, FormField, field_of, field_of_key, is_missing, label_of, placed
 from service.pages.forms import MORE, OF_DOCUMENT, AskedSweep, asked
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import ONCE, SEE_OTHER, idempotency_of, page
@@ -30,16 +30,29 @@ from studies.quantities.findings import Findings, InvalidInput, nearest_cure, re
 from studies.quantities.parameters import Plain, declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps import examples
-from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent
 from studies.sweeps.document import read_yaml
-from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
+from studies.sweeps.schema import keys_of
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422
-NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}  # the parameter of a scenario that a field sets
+# The fields of the document beside those of parameters, in groups.
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "Resolution": ("accuracy", "resolution", "offsets"),
+    "Name of the sweep": ("title", "name"),
+    "Materials of your own": ("materials",),
+    "Measured shots beside the runs": ("observations",),
+    "How axes are combined, and more of the document": ("combine", "points", "seed", "model_part", MORE),
+}
+FURTHER = FormField(
+    MORE,
+    label_of(MORE),
+    "further keys in YAML: constants of materials, fitted laws, ends",
+    kind="lines",
+    placeholder="axes:\n  target.strength.A: [250 MPa, 300 MPa]",
+)
 
 
 @router.get("/new")
@@ -135,7 +148,6 @@ def _form_page(
     is_submitted = form.get(ORDER) == SUBMIT
     at = placed(asked.findings, {*record, *OF_DOCUMENT}, MORE)
     missing = {} if is_submitted else {name: found for name, found in at.items() if is_missing(found)}
-    absent = {name for name, parameter in NEEDED.items() if parameter not in record}
     state = request.app.state
     return page(
         request,
@@ -145,11 +157,7 @@ def _form_page(
         scenario=scenario,
         presets=_presets(scenario.name),
         groups=[*_groups(scenario, asked.fields)],
-        absent=absent if scenario.accurate else absent | {"accuracy"},
-        combinations=COMBINATIONS,
-        model_parts=MODEL_PARTS,
-        accuracies=[*ACCURACY],
-        usual_accuracy=in_percent(USUAL),
+        of_document=[*_of_document(scenario)],
         values=asked.fields,
         findings={name: found for name, found in at.items() if name not in missing},
         missing={name: label_of(name) for name in missing if name},
@@ -185,3 +193,10 @@ def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterator[FieldGrou
         fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:
             yield FieldGroup(label_of(title or "further"), fields)
+
+
+def _of_document(scenario: Scenario) -> Iterator[FieldGroup]:
+    """The fields of the keys that a document of the scenario has."""
+    fields = {**{name: field_of_key(name, key) for name, key in keys_of(scenario).items()}, MORE: FURTHER}
+    for title, names in GROUPS.items():
+        yield FieldGroup(title, tuple(fields[name] for name in names if name in fields))

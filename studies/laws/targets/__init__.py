@@ -41,10 +41,14 @@ class Target:
     shot: Callable[[Stated, Materials], Shot]  # KeyError where a parameter is missing
 
 
+def targets() -> list[Target]:
+    """All targets, by their places."""
+    return sorted(entries(__name__, "TARGET").values(), key=lambda target: target.place)
+
+
 def target_of(stated: Collection[str]) -> Target:
     """The target that parameters name."""
-    every: list[Target] = sorted(entries(__name__, "TARGET").values(), key=lambda target: target.place)
-    return next(target for target in every if not target.named_by or not target.named_by.isdisjoint(stated))
+    return next(target for target in targets() if not target.named_by or not target.named_by.isdisjoint(stated))
 
 
 def shot_of(run: Resolved) -> Shot:

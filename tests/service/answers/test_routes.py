@@ -5,6 +5,10 @@ import io
 import pytest
 import xarray as xr
 
+from service.answers.schemas import answer_model
+from studies.answers import examples
+from studies.quantities.parameters import Plain
+from studies.sweeps.document import read_yaml
 from tests.service.support.api import Api
 
 QUESTION = {
@@ -14,6 +18,12 @@ QUESTION = {
     "target": "al-6061-t6",
     "plate_thickness": "1.2 mm",
 }
+
+
+@pytest.mark.parametrize("question", [QUESTION, *(read_yaml(file.read_text(), file.name) for file in examples())])
+def test_answer__has_the_fields_that_openapi_describes_and_no_more(shared_api: Api, question: dict[str, Plain]) -> None:
+    answer = shared_api.http.post("/v1/laws/evaluate", json=question).json()
+    assert answer_model().model_validate(answer).model_dump(mode="json") == answer
 
 
 def test_laws__answer_as_json_and_as_a_cube(shared_api: Api) -> None:

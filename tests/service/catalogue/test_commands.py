@@ -1,11 +1,14 @@
-"""``whipple list``."""
+"""``whipple list`` and ``whipple schema``."""
 
 import json
+from pathlib import Path
 
 import pytest
 
-from tests.service.support.api import Api
+from service.records.jobs import Scope
+from tests.service.support.api import Api, open_api
 from tests.service.support.command import run
+from tests.service.support.fakes import issue_key
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -32,3 +35,12 @@ def test_catalogue__is_that_of_the_api_in_tables_with_units(
     assert all(word in table for word in words), table
     assert run("list", kind, f"{name}x") == 2
     assert f"did you mean '{name}'" in capsys.readouterr().err
+
+
+def test_schema__is_printed_as_it_is_served_also_to_editors_without_a_key(tmp_path: Path, capsys: Capsys) -> None:
+    issue_key(tmp_path, "anna", Scope.ADMIN)
+    with open_api(tmp_path, host="0.0.0.0", allowed_hosts=("testserver",)) as api:
+        response = api.http.get("/v1/schema/sweep")
+    assert response.headers["Content-Type"] == "application/schema+json"
+    assert run("schema") == 0
+    assert json.loads(capsys.readouterr().out) == response.json()

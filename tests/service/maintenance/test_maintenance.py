@@ -123,7 +123,9 @@ def test_orders_of_the_shell__are_recorded_as_the_local_users(store: Store, caps
         assert len(capsys.readouterr().out.splitlines()) == 1 + count, word
 
 
-@pytest.mark.parametrize("arguments", [("keys", "list"), ("keys", "audit"), ("remeasure",), ("backup", "out")])
+@pytest.mark.parametrize(
+    "arguments", [("keys", "list"), ("keys", "audit"), ("doctor", "--remeasure"), ("backup", "out")]
+)
 def test_command__without_a_database_says_how_to_name_one(
     data: Path, arguments: tuple[str, ...], capsys: Capsys
 ) -> None:

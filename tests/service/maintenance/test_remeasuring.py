@@ -1,4 +1,4 @@
-"""``whipple remeasure``: values follow a changed definition, nothing is solved, and an interruption loses nothing."""
+"""``whipple doctor --remeasure``: values follow a changed definition; an interruption loses nothing."""
 
 import json
 import shutil
@@ -109,7 +109,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
     monkeypatch.setenv("TTY_COMPATIBLE", "1")  # a terminal, for rich
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.runs.file(id, RESULT) for id in old]
-    assert run("remeasure") == 0
+    assert run("doctor", "--remeasure") == 0
     output, shown = capsys.readouterr()
     assert "100%" in shown
     assert "changed: 2 results; unreadable: 0" in output
@@ -146,7 +146,7 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     assert json.loads(before.attrs["measurement_versions"])[MEASUREMENT] == [TODAY]
     raise_the_version()
     monkeypatch.setenv("WHIPPLE_TARGETS_MODULE", RAISED)
-    assert run("remeasure", "--data", out / ".whipple") == 0
+    assert run("doctor", "--remeasure", "--data", out / ".whipple") == 0
     assert run("sweep", document, "--out", out) == 0
     cube = whole_cube(out / "cube.nc")
     assert (cube[MEASUREMENT] == VALUE).all()
@@ -164,7 +164,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved,
     before = solved.result(damaged)
     file = solved.artifacts.path(solved.store.runs.file(damaged, STATE))
     file.write_bytes(b"x" * file.stat().st_size)
-    assert run("remeasure") == 3
+    assert run("doctor", "--remeasure") == 3
     output = capsys.readouterr().out
     assert "without a stored final state: 0" in output
     assert "changed: 1 results; unreadable: 1" in output
@@ -177,7 +177,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved,
 def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsys) -> None:
     for id in solved.runs():
         solved.store.retention.forget_files(id, [STATE])
-    assert run("remeasure") == 0
+    assert run("doctor", "--remeasure") == 0
     output = capsys.readouterr().out
     assert "to measure again: 0 results of 0 sweeps; without a stored final state: 2" in output
     assert all(f"{id} is unchanged: its final state was not kept" in output for id in solved.runs())
@@ -191,19 +191,19 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Sol
     assert first.marked
     file = solved.store.runs.file(first.run_id, RESULT)
     assert solved.is_intact()
-    assert run("remeasure") == 0
+    assert run("doctor", "--remeasure") == 0
     assert capsys.readouterr().out.startswith("to measure again: 1 results")
     assert solved.store.runs.file(first.run_id, RESULT) == file
-    assert run("remeasure") == 0
+    assert run("doctor", "--remeasure") == 0
     assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
 
 
 def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) -> None:
     files = solved.store.retention.files()
     with holding(solved.settings):
-        assert run("remeasure") == 1
+        assert run("doctor", "--remeasure") == 1
         assert "is used by process" in capsys.readouterr().err
-        assert run("remeasure", "--dry-run") == 0
+        assert run("doctor", "--remeasure", "--dry-run") == 0
     assert "to measure again: 2 results of 2 sweeps" in capsys.readouterr().out
     assert solved.store.retention.files() == files
 

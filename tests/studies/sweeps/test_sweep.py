@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,70 @@ OF_ROLE = {
 }
 
 
-def changed(path: str, value: Any) -> dict[str, Any]:
-    """The document with one place set; a path is keys between slashes."""
-    document = copy.deepcopy(DOCUMENT)
+# A path in the document, the value that is a mistake there, and what the error says.
+MISTAKES: list[tuple[str, Any, list[str]]] = [
+    ("scenario", "thin_plates", ["scenario", "did you mean 'thin_plate'"]),
+    ("scenario", None, ["scenario", "use one of: "]),
+    ("axis", {}, ["axis", "did you mean 'axes'"]),
+    ("name", "", ["name"]),
+    ("combine", "grids", ["combine", "did you mean 'grid'"]),
+    ("resolution", "32 mm", ["resolution", "plain number"]),
+    ("resolution", -1, ["resolution", "2 to 512"]),
+    ("resolution", [16, 32, 16.0], ["resolution", "16", "once"]),
+    ("resolution", [16, 1], ["resolution[1]", "2 to 512"]),
+    ("resolution", {"start": 16, "stop": 64}, ["resolution.step"]),
+    ("offsets", 0, ["offsets", "from 1 to 32", "write 3"]),
+    ("offsets", 1.5, ["offsets", "whole number"]),
+    ("accuracy", "fine", ["accuracy", "resolution", "give one of the two"]),
+    ("fixed/target", "copper-ohfc", ["fixed.target", "did you mean 'copper-ofhc'"]),
+    ("fixed/projectile_shape", "spere", ["fixed.projectile_shape", "sphere"]),
+    ("fixed/thermal_softening", "yes", ["fixed.thermal_softening", "true or false"]),
+    ("fixed/particles_per_cell", 1.5, ["fixed.particles_per_cell", "whole number"]),
+    ("fixed/projectile_diameter", 8, ["fixed.projectile_diameter", "; write '8 mm'"]),
+    ("fixed/projectile_diameter", "8 kg", ["fixed.projectile_diameter", "length"]),
+    ("fixed/projectile_diameter", "-8 mm", ["from 10 um to 1 m", "nearest allowed"]),
+    ("fixed/target.strength.a", "1 MPa", ["did you mean 'target.strength.A'"]),
+    ("fixed/target.strength.A", "1 mm", ["fixed.target.strength.A", "pressure"]),
+    ("fixed/speed", "6 km/s", ["axes.speed", "fixed or varied"]),
+    ("fixed/cells_per_diameter", 8, ["resolution", "give one of the two"]),
+    ("axes", {}, ["axes", "at least one"]),
+    ("axes/speed", [], ["axes.speed", "at least one value"]),
+    ("axes/speed", [6, "7 km/s"], ["axes.speed[0]", "write '6 km/s'"]),
+    ("axes/speed", ["6 km/s", "2 kg"], ["axes.speed[1]", "speed"]),
+    ("axes/speed", ["6 km/s", "6000 m/s"], ["axes.speed", "6 km/s", "once"]),
+    ("axes/sped", ["6 km/s"], ["axes.sped", "did you mean 'speed'"]),
+    ("axes/resolution", [8, 16], ["axes.resolution", "cells_per_diameter"]),
+    ("axes/speed", {"start": "2 km/s"}, ["axes.speed.stop", "axes.speed.step"]),
+    ("axes/speed", {"start": "2 km/s", "stop": "7 km/s", "stp": 1}, ["axes.speed.stp", "did you mean"]),
+    (
+        "axes/speed",
+        {"start": "2 km/s", "stop": "7 km/s", "step": "2 km/s"},
+        ["axes.speed.stop", "stop: 6 km/s or stop: 8 km/s"],
+    ),
+    (
+        "axes/speed",
+        {"start": "2 km/s", "stop": "7 km/s", "step": "-1 km/s"},
+        ["axes.speed.step", "leads from start to stop"],
+    ),
+    ("axes/speed", {"start": "2 km/s", "stop": "90 km/s", "step": "1 km/s"}, ["axes.speed.stop", "20 km/s"]),
+    ("axes/speed", {"start": "2 km/s", "stop": "7 km/s", "step": "1e-9 km/s"}, ["axes.speed", "at most 1000 values"]),
+    ("materials", {"copper-ofhc": {}}, ["materials.copper-ofhc", "no shipped material"]),
+    ("materials", {1: {}}, ["materials: 1 is refused", "names that are texts", "in quotes: '1'"]),
+    ("materials", {"mine": {}}, ["materials.mine: nothing for density", "eos"]),
+    ("observations", [{"speed": 6}], ["observations[0]: speed"]),
+]
+
+
+def changed(path: str, value: Any, of: Mapping[str, Any] = DOCUMENT) -> dict[str, Any]:
+    """The document, or another one, with one place set, or taken away by ``...``; a path is keys between slashes."""
+    document = copy.deepcopy(dict(of))
     *parents, last = path.split("/")
     place = document
     for parent in parents:
         place = place[parent]
     place[last] = value
+    if value is ...:
+        del place[last]
     return document
 
 
@@ -128,64 +185,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
     assert "cells_per_diameter = 16" in finding.value
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "parts"),
-    [
-        ("scenario", "thin_plates", ["scenario", "did you mean 'thin_plate'"]),
-        ("scenario", None, ["scenario", "use one of: "]),
-        ("axis", {}, ["axis", "did you mean 'axes'"]),
-        ("name", "", ["name"]),
-        ("combine", "grids", ["combine", "did you mean 'grid'"]),
-        ("resolution", "32 mm", ["resolution", "plain number"]),
-        ("resolution", -1, ["resolution", "2 to 512"]),
-        ("resolution", [16, 32, 16.0], ["resolution", "16", "once"]),
-        ("resolution", [16, 1], ["resolution[1]", "2 to 512"]),
-        ("resolution", {"start": 16, "stop": 64}, ["resolution.step"]),
-        ("offsets", 0, ["offsets", "from 1 to 32", "write 3"]),
-        ("offsets", 1.5, ["offsets", "whole number"]),
-        ("accuracy", "fine", ["accuracy", "resolution", "give one of the two"]),
-        ("fixed/target", "copper-ohfc", ["fixed.target", "did you mean 'copper-ofhc'"]),
-        ("fixed/projectile_shape", "spere", ["fixed.projectile_shape", "sphere"]),
-        ("fixed/thermal_softening", "yes", ["fixed.thermal_softening", "true or false"]),
-        ("fixed/particles_per_cell", 1.5, ["fixed.particles_per_cell", "whole number"]),
-        ("fixed/projectile_diameter", 8, ["fixed.projectile_diameter", "; write '8 mm'"]),
-        ("fixed/projectile_diameter", "8 kg", ["fixed.projectile_diameter", "length"]),
-        ("fixed/projectile_diameter", "-8 mm", ["from 10 um to 1 m", "nearest allowed"]),
-        ("fixed/target.strength.a", "1 MPa", ["did you mean 'target.strength.A'"]),
-        ("fixed/target.strength.A", "1 mm", ["fixed.target.strength.A", "pressure"]),
-        ("fixed/speed", "6 km/s", ["axes.speed", "fixed or varied"]),
-        ("fixed/cells_per_diameter", 8, ["resolution", "give one of the two"]),
-        ("axes", {}, ["axes", "at least one"]),
-        ("axes/speed", [], ["axes.speed", "at least one value"]),
-        ("axes/speed", [6, "7 km/s"], ["axes.speed[0]", "write '6 km/s'"]),
-        ("axes/speed", ["6 km/s", "2 kg"], ["axes.speed[1]", "speed"]),
-        ("axes/speed", ["6 km/s", "6000 m/s"], ["axes.speed", "6 km/s", "once"]),
-        ("axes/sped", ["6 km/s"], ["axes.sped", "did you mean 'speed'"]),
-        ("axes/resolution", [8, 16], ["axes.resolution", "cells_per_diameter"]),
-        ("axes/speed", {"start": "2 km/s"}, ["axes.speed.stop", "axes.speed.step"]),
-        ("axes/speed", {"start": "2 km/s", "stop": "7 km/s", "stp": 1}, ["axes.speed.stp", "did you mean"]),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "7 km/s", "step": "2 km/s"},
-            ["axes.speed.stop", "stop: 6 km/s or stop: 8 km/s"],
-        ),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "7 km/s", "step": "-1 km/s"},
-            ["axes.speed.step", "leads from start to stop"],
-        ),
-        ("axes/speed", {"start": "2 km/s", "stop": "90 km/s", "step": "1 km/s"}, ["axes.speed.stop", "20 km/s"]),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "7 km/s", "step": "1e-9 km/s"},
-            ["axes.speed", "at most 1000 values"],
-        ),
-        ("materials", {"copper-ofhc": {}}, ["materials.copper-ofhc", "no shipped material"]),
-        ("materials", {1: {}}, ["materials: 1 is refused", "names that are texts", "in quotes: '1'"]),
-        ("materials", {"mine": {}}, ["materials.mine: nothing for density", "eos"]),
-        ("observations", [{"speed": 6}], ["observations[0]: speed"]),
-    ],
-)
+@pytest.mark.parametrize(("path", "value", "parts"), MISTAKES)
 def test_parse__names_field_value_limit_and_cure(path: str, value: Any, parts: list[str]) -> None:
     message = refused(changed(path, value))
     assert all(word in message for word in parts), message
