@@ -41,17 +41,17 @@ def alone(
 
 def drawn_material(name: str) -> list[tuple[str, str]]:
     """The pictures of a material that ships, each with its title, as images."""
-    from service.pages.images import as_image
     from service.pages.material import drawings
     from studies import materials
+    from studies.reports.drawing.images import as_image
 
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(name))]
 
 
 def drawn_chart(chart: Chart) -> str:
     """A line chart of a live page as SVG."""
-    from service.pages.images import as_files
     from studies.reports.drawing.charts import lines
+    from studies.reports.drawing.images import as_files
 
     kind: SeriesKind = "quantity" if chart.marked else "history"
     series = [Series(kind, line.label, tuple(line.x), tuple(line.y), tuple(line.uncertainty)) for line in chart.lines]

@@ -2,11 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from studies.quantities.parameters import Plain
 from studies.reports.picture import Picture
 from studies.reports.section import Files, Part, Section, Source, Words
 from studies.scenarios.parts.outline import Outline
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,12 @@ def _words(report: Mapping[str, Plain], files: Files) -> Words:
     return words(report, files)
 
 
+def _cover(report: Mapping[str, Plain], files: Files) -> "tuple[str, Markup, Markup] | None":
+    from studies.pictures.page import cover
+
+    return cover(report, files)
+
+
 SECTION = Section(
     "pictures",
     "Pictures",
@@ -67,4 +77,5 @@ SECTION = Section(
     beside="studies.pictures:beside.html",
     appendix="studies.pictures:appendix.html",
     words=_words,
+    cover=_cover,
 )

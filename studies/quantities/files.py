@@ -17,6 +17,7 @@ SWEEP_FILES = (CUBE, RUNS_CSV, REPORT_HTML, APPENDIX_HTML, REPORT_JSON)
 ARCHIVE, DIGESTS = "archive.zip", "SHA256SUMS"  # all files of a sweep, and in it the digests of the others
 ZARR = "cube.zarr.zip"
 VTK = "vtk.zip"  # film and final state of a run for other programs
+COVER = "cover.zip"  # what lists and pages of the service show of a report
 ALL_RUNS_CSV = "runs-all.csv"  # every column of the runs, offered in place of RUNS_CSV
 
 READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too

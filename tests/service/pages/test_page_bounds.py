@@ -19,7 +19,7 @@ SWEEPS, COMPUTED = 1000, 450  # a grid shows 400 runs at once
 MOST_BYTES = 120_000  # of a page
 MOST_STATEMENTS = 8  # to make one, that of its transaction aside
 CELLS = re.compile(r'<td class="(\w+)[ "]')
-LINK = '<td><a href="/sweeps/'
+LINK = 'class="sweep"><a href="/sweeps/'
 MEASURED = {"measurements": {"hole_diameter": {"value": 0.0148, "uncertainty": 1e-4, "flags": []}}}
 
 

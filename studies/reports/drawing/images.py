@@ -13,15 +13,18 @@ from markupsafe import Markup
 
 # Canvases are those of browsers.
 LIGHT = "svg { --page: #fff; font-family: Helvetica, Arial, sans-serif } "
-LABELS = ".measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px }"
+LABELS = (
+    ".measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px } "
+    ".of-run .measured text { stroke: var(--c-ffffff, #fff) }"
+)
 
 
 @cache
 def _style() -> str:
     """The rules of a report's style sheet about its pictures, for the canvas of a browser."""
     sheet = files("studies.reports").joinpath("templates", "report.css").read_text(encoding="utf-8")
-    [dark] = re.findall(r"\.picture (\{ --c-[^}]*\})", sheet)
-    return LIGHT + f"@media (prefers-color-scheme: dark) {{ svg {dark} svg {{ --page: #121212 }} }} " + LABELS
+    dark = " ".join(f"svg{kind} {rule}" for kind, rule in re.findall(r"\.picture(\.of-run)? (\{ --c-[^}]*\})", sheet))
+    return LIGHT + f"@media (prefers-color-scheme: dark) {{ {dark} svg {{ --page: #16181c }} }} " + LABELS
 
 
 def as_image(drawing: Markup) -> str:
