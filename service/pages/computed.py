@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
@@ -46,6 +47,21 @@ def drawn_material(name: str) -> list[tuple[str, str]]:
     from studies.reports.drawing.images import as_image
 
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(name))]
+
+
+def drawn_end(sections: str, scenario: str, parameters: Mapping[str, Value], lengths: Mapping[str, float]) -> str:
+    """The section of a run at its end as SVG, from the file of its sections; empty where it has no end."""
+    from studies import scenarios
+    from studies.pictures.shown import picture_of_end
+    from studies.reports.drawing.images import as_files
+    from studies.reports.drawing.sections import Gallery
+    from studies.sections.section import read_sections
+
+    outline = scenarios.load(scenario).parameters.outline(parameters)
+    sign = outline.upward if outline else 1.0
+    file, diameter = Path(sections), float(parameters.get("projectile_diameter") or "nan")
+    picture = picture_of_end(read_sections(file), lengths, diameter=diameter, sign=sign)
+    return next(as_files(Gallery({0: file}).picture(0, picture, full=True)), "") if picture else ""
 
 
 def drawn_chart(chart: Chart) -> str:

@@ -56,6 +56,7 @@ TEMPLATES = Environment(
 )
 TEMPLATES.globals["head_links"] = head_links
 TEMPLATES.filters |= {
+    "capitalize_first": lambda text: text[:1].upper() + text[1:],
     "code": code,
     "dict_with": lambda given, **changes: {**given, **changes},
     "duration": duration,
@@ -119,5 +120,9 @@ async def drawn(request: Request, chart: Chart) -> Response:
     """A chart as SVG; raises NotFound for an empty one, TooManyRequests where no child process is free in time."""
     if chart.is_empty:
         raise NotFound("values to draw of", chart.title)
-    svg = await in_child(request, drawn_chart, chart.drawn_part())
+    return as_svg(await in_child(request, drawn_chart, chart.drawn_part()))
+
+
+def as_svg(svg: str | bytes) -> Response:
+    """A drawing whose address names its content, so that a browser keeps it."""
     return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})

@@ -22,11 +22,6 @@ class DrawnSetUp:
     materials: Mapping[str, str]  # by body
     alt: str
 
-    @property
-    def upward(self) -> float:
-        """The factor that lets the coordinate along the line of flight point down: -1 where a body flies against it."""
-        return -1.0 if any(shape.heading and shape.heading[1] < 0.0 for shape in self.outline.shapes) else 1.0
-
 
 @dataclass(frozen=True)
 class PicturedRun:

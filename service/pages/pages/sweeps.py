@@ -22,7 +22,7 @@ from service.pages.differing import parts_of
 from service.pages.grid import GridSheet, chart_of, quantities_of, sheet_of, shown_cells
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import KEPT_SECONDS, LONGEST_TEXT, MOST_PLACE, SEE_OTHER, drawn, idempotency_of, page
+from service.pages.rendering import LONGEST_TEXT, MOST_PLACE, SEE_OTHER, as_svg, drawn, idempotency_of, page
 from service.records.jobs import USUAL_PRIORITIES, GridCell, NotFound, Scope, State, SweepState, SweepStatus
 from studies import measurements
 from studies.quantities.parameters import Plain
@@ -81,8 +81,7 @@ def show_drawing(name: Literal[DRAWINGS], shown: CoverOfSweep) -> Response:  # t
     """A drawing of a sweep's report: SVG."""
     if shown is None or name not in shown.cover.drawings:
         raise NotFound("drawing", name)
-    kept = {"Cache-Control": f"private, max-age={KEPT_SECONDS}"}
-    return Response(drawing(shown.file, name), media_type="image/svg+xml", headers=kept)
+    return as_svg(drawing(shown.file, name))
 
 
 @router.get("/sweeps/{id}")
