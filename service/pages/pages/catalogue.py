@@ -12,8 +12,10 @@ from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
+from service.pages.answered import AnsweredForm
 from service.pages.computed import drawn_material
 from service.pages.page_routes import PageRoutes
+from service.pages.questions import AskedPage
 from service.pages.rendering import page
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
@@ -80,9 +82,30 @@ def show_scenarios(request: Request, caller: Reader) -> Response:
     )
 
 
+# A sphere on a plate: the fields of a plate or a block, which has no thickness.
+EXAMPLE = {
+    "speed": "6 km/s",
+    "projectile": "al-2017-t4",
+    "projectile_diameter": "10 mm",
+    "target": "al-6061-t6",
+    "plate_thickness": "4 mm",
+}
+ASKED = AskedPage("/laws", tuple(EXAMPLE), ("obliquity", "projectile_length"), "Obliquity, cylinder", lambda: EXAMPLE)
+
+
+async def _answer(request: Request, _: Reader) -> AnsweredForm:
+    return await ASKED.answer(request)
+
+
+@router.get("/laws/sheet")
+async def show_sheet(request: Request, _: Reader) -> Response:
+    """What laws and shots say of a plate or a block on one sheet of A4; raises InvalidInput."""
+    return await ASKED.sheet(request)
+
+
 @router.get("/laws")
-def show_laws(request: Request, caller: Reader) -> Response:
-    """Every law with its formula, range and source, by what it predicts."""
+def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+    """What laws and shots say of a plate or a block, and every law with formula, range and source, by quantity."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}
     measured = sorted(answered - {*laws.unmeasured()}, reverse=True)
@@ -96,6 +119,7 @@ def show_laws(request: Request, caller: Reader) -> Response:
         typeset=typeset,
         limit=_limit,
         confidences=CONFIDENCES,
+        **ASKED.content(request, caller, answer),
     )
 
 

@@ -20,7 +20,7 @@ LABELS = (
 
 
 @cache
-def _style() -> str:
+def picture_style() -> str:
     """The rules of a report's style sheet about its pictures, for the canvas of a browser."""
     sheet = files("studies.reports").joinpath("templates", "report.css").read_text(encoding="utf-8")
     dark = " ".join(f"svg{kind} {rule}" for kind, rule in re.findall(r"\.picture(\.of-run)? (\{ --c-[^}]*\})", sheet))
@@ -47,4 +47,4 @@ def as_files(drawings: Markup) -> Iterator[str]:
         assert size
         width, height = (float(number) / 0.75 for number in size.groups())
         text = inside.replace("<svg", f'<svg {names} width="{width:.0f}" height="{height:.0f}"', 1)
-        yield text.replace(">", f"><style>{_style()}</style>", 1)
+        yield text.replace(">", f"><style>{picture_style()}</style>", 1)

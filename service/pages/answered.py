@@ -1,4 +1,4 @@
-"""The answer to the form of a shield, computed by a child process."""
+"""The answer to a form that asks laws and shots, computed by a child process."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
