@@ -49,6 +49,18 @@ def drawn_material(name: str) -> list[tuple[str, str]]:
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(name))]
 
 
+def flow_stresses() -> dict[str, list[tuple[float, float]]]:
+    """The flow stress (Pa) of each material that ships against plastic strain, at ``material.MIDDLE``."""
+    from service.pages.material import MIDDLE, STRAINS, flow_stress
+    from studies import materials
+
+    curves = {name: flow_stress(materials.load(name), MIDDLE, 0.0) for name in materials.names()}
+    return {
+        name: [(float(strain), float(at)) for strain, at in zip(STRAINS[::10], stress[::10], strict=True)]
+        for name, stress in curves.items()
+    }
+
+
 def drawn_end(sections: str, scenario: str, parameters: Mapping[str, Value], lengths: Mapping[str, float]) -> str:
     """The section of a run at its end as SVG, from the file of its sections; empty where it has no end."""
     from studies import scenarios
