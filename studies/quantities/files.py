@@ -11,6 +11,7 @@ STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
+SECTION_NOW = "section-now.npz"  # the last section of a running run
 CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = "cube.nc", "runs.csv", "report.html", "report.json"
 APPENDIX_HTML = "appendix.html"  # what report.html links
 SWEEP_FILES = (CUBE, RUNS_CSV, REPORT_HTML, APPENDIX_HTML, REPORT_JSON)

@@ -28,6 +28,7 @@ PICTURE = "canvas => canvas.toDataURL()"
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "watching", minutes=1.5)
+@pytest.mark.claim("contract", "watching", minutes=1.5)
 def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Compared) -> None:
     """In a browser a sweep fills its grid; a run's film slides and its matter turns, by keys too; the cube is one.
 

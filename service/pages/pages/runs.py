@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated
 from zipfile import BadZipFile, ZipFile
 
@@ -14,7 +15,16 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
 from service.api.browsers import check_token
-from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
+from service.api.dependencies import (
+    AppArtifacts,
+    AppSettings,
+    AppStore,
+    LocalArtifacts,
+    RunId,
+    in_child,
+    submit,
+    submitting,
+)
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
@@ -30,7 +40,7 @@ from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunP
 from service.store import Store
 from studies import measurements, scenarios
 from studies.quantities.display import digits, display_of, duration, kind_of, of_share, printed_beside
-from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
+from studies.quantities.files import FILM, RESULT, SECTION_NOW, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Plain, Value, declared
 from studies.sweeps.reading import RESOLUTION
@@ -106,6 +116,7 @@ def show_run(
         measured=measured,
         came_to_be=list(_came_to_be(run)),
         picture=_picture_address(id, files, artifacts),
+        now=_now_address(run, store, artifacts),
         chart=histories[main].image(f"/runs/{id}/histories/{main}", {}) if main else "",
         so_far=list(_so_far(run, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items() if name != main],
@@ -126,6 +137,40 @@ def _picture_address(id: str, files: Iterable[Stored], artifacts: Artifacts) -> 
     """The address of the picture of a run's end; empty without its sections."""
     sections = next((file for file in files if file.name == SECTIONS and artifacts.may_be_shown(file)), None)
     return f"/runs/{id}/picture?content={sections.sha256[:16]}" if sections else ""
+
+
+def _section_now(run: RunRow, store: Store, artifacts: Artifacts) -> Path | None:
+    """The file with the last section of a running run; None where there is none."""
+    if run.state not in (State.RUNNING, State.CANCELLING):
+        return None
+    last = store.retention.last_attempts([run.id]).get(run.id)
+    if last is None or last.token is None:
+        return None
+    file = artifacts.log_of(run.id, last.attempt, last.token).with_name(SECTION_NOW)
+    return file if file.is_file() else None
+
+
+def _now_address(run: RunRow, store: Store, artifacts: Artifacts) -> str:
+    """The address of the picture of a running run, another one for each section; empty without any."""
+    with suppress(OSError):
+        if file := _section_now(run, store, artifacts):
+            return f"/runs/{run.id}/now?at={file.stat().st_mtime:.0f}"
+    return ""
+
+
+@router.get("/runs/{id}/now")
+async def show_now(request: Request, id: RunId, _: Reader, store: AppStore, artifacts: AppArtifacts) -> Response:
+    """The last section of a running run: SVG."""
+    run, spec = await run_in_threadpool(lambda: (store.runs.get(id), store.runs.spec(id)))
+    file = await run_in_threadpool(_section_now, run, store, artifacts)
+    if file is None:
+        raise NotFound("picture", id)
+    measured = (run.progress or {}).get("measured") or {}
+    lengths = {name: value for name, value in measured.items() if value is not None}
+    try:
+        return as_svg(await in_child(request, drawn_end, str(file), run.scenario, spec["parameters"], lengths))
+    except OSError:  # the run has ended meanwhile
+        raise NotFound("picture", id) from None
 
 
 @router.get("/runs/{id}/picture")
