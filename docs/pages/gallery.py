@@ -23,7 +23,8 @@ def pages() -> dict[str, str]:
     parts = [
         "# Gallery\n",
         "The sweeps that ship, in `studies/sweeps/examples/`: copy one and change it. A picture shows the last run in "
-        "section, or the first figure of the report. Those without take minutes; `whipple estimate FILE.yaml` says how "
+        "section, or the first figure of the report. White inside a body is a gap: matter was stretched there until "
+        "its particles parted, as in a spall. Those without take minutes; `whipple estimate FILE.yaml` says how "
         "many.\n",
     ]
     for name in examples.names():

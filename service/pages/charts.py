@@ -43,12 +43,12 @@ class Chart:
             return self
         return replace(self, lines=[self.lines[k * count // MOST_LINES] for k in range(MOST_LINES)])
 
-    def image(self, path: str, query: Mapping[str, str | int]) -> Markup:
+    def image(self, path: str, query: Mapping[str, str | int | list[str]]) -> Markup:
         """The image that a path gives, whose address changes with its content; nothing where no point has a value."""
         if self.is_empty:
             return Markup("")
         content = sha256(json.dumps(asdict(self)).encode()).hexdigest()[:16]
-        address = f"{path}?{urlencode({**query, 'content': content})}"
+        address = f"{path}?{urlencode({**query, 'content': content}, doseq=True)}"
         tag = Markup('<img class="chart" src="{}" alt="{}" width="{}" height="{}" loading="lazy">{}')
         more = len(self.lines) - MOST_LINES
         note = Markup("<p>{} of {} lines are drawn.</p>").format(MOST_LINES, len(self.lines)) if more > 0 else ""

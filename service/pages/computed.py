@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
@@ -41,17 +42,44 @@ def alone(
 
 def drawn_material(name: str) -> list[tuple[str, str]]:
     """The pictures of a material that ships, each with its title, as images."""
-    from service.pages.images import as_image
     from service.pages.material import drawings
     from studies import materials
+    from studies.reports.drawing.images import as_image
 
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(name))]
 
 
+def flow_stresses() -> dict[str, list[tuple[float, float]]]:
+    """The flow stress (Pa) of each material that ships against plastic strain, at ``material.MIDDLE``."""
+    from service.pages.material import MIDDLE, STRAINS, flow_stress
+    from studies import materials
+
+    curves = {name: flow_stress(materials.load(name), MIDDLE, 0.0) for name in materials.names()}
+    return {
+        name: [(float(strain), float(at)) for strain, at in zip(STRAINS[::10], stress[::10], strict=True)]
+        for name, stress in curves.items()
+    }
+
+
+def drawn_end(sections: str, scenario: str, parameters: Mapping[str, Value], lengths: Mapping[str, float]) -> str:
+    """The section of a run at its end as SVG, from the file of its sections; empty where it has no end."""
+    from studies import scenarios
+    from studies.pictures.shown import picture_of_end
+    from studies.reports.drawing.images import as_files
+    from studies.reports.drawing.sections import Gallery
+    from studies.sections.section import read_sections
+
+    outline = scenarios.load(scenario).parameters.outline(parameters)
+    sign = outline.upward if outline else 1.0
+    file, diameter = Path(sections), float(parameters.get("projectile_diameter") or "nan")
+    picture = picture_of_end(read_sections(file), lengths, diameter=diameter, sign=sign)
+    return next(as_files(Gallery({0: file}).picture(0, picture, full=True)), "") if picture else ""
+
+
 def drawn_chart(chart: Chart) -> str:
     """A line chart of a live page as SVG."""
-    from service.pages.images import as_files
     from studies.reports.drawing.charts import lines
+    from studies.reports.drawing.images import as_files
 
     kind: SeriesKind = "quantity" if chart.marked else "history"
     series = [Series(kind, line.label, tuple(line.x), tuple(line.y), tuple(line.uncertainty)) for line in chart.lines]

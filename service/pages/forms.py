@@ -187,9 +187,9 @@ def _written(is_text: bool, value: Plain) -> str:
 
 def _setup(sweep: Sweep) -> tuple[str, str] | None:
     """The set-up of the first run as an image, with its alternative text; None where the scenario draws none."""
-    from service.pages.images import as_image
     from studies.pictures.shown import setup
     from studies.pictures.sketches import setup_sketch
+    from studies.reports.drawing.images import as_image
 
     first = next(iter(sweep.every_run(1))).run.parameters
     materials = {role: [*names] for role, names in sweep.roles().items()}

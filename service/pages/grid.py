@@ -190,7 +190,7 @@ def _in_words(name: str) -> str:
 
 def value_of(scenario: str, name: str, value: Value) -> str:
     """A value of a parameter (SI) for people."""
-    unit = _unit_of(scenario, name)
+    unit = unit_of(scenario, name)
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float | int):
@@ -198,7 +198,7 @@ def value_of(scenario: str, name: str, value: Value) -> str:
     return "–" if value is None else str(value)
 
 
-def _unit_of(scenario: str, name: str) -> str | None:
+def unit_of(scenario: str, name: str) -> str | None:
     parameter = declared(scenarios.load(scenario).parameters).get(name)
     return parameter.unit if parameter else None
 
@@ -222,5 +222,5 @@ def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: s
         points.sort(key=itemgetter(0))
         label = f"{across.label} {across.texts[column]}" if across else quantity.title
         lines.append(ChartLine(label, *([point[k] for point in points] for k in range(3))))
-    x = along.name, along.label, _unit_of(scenario, along.name) or "1"
+    x = along.name, along.label, unit_of(scenario, along.name) or "1"
     return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)

@@ -29,6 +29,8 @@ from studies import scenarios
 from studies.quantities.display import display_of, duration
 
 ONCE = "once"  # field with a random value of the page, by which a form that is sent twice is known
+LONGEST_TEXT = 200  # characters of what is searched for
+MOST_PLACE = 10**6  # of a row in a query
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
 KEPT_SECONDS = 86400  # by a browser: the address of a chart names its content
 UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'
@@ -54,7 +56,9 @@ TEMPLATES = Environment(
 )
 TEMPLATES.globals["head_links"] = head_links
 TEMPLATES.filters |= {
+    "capitalize_first": lambda text: text[:1].upper() + text[1:],
     "code": code,
+    "dict_with": lambda given, **changes: {**given, **changes},
     "duration": duration,
     "pretty": lambda value: json.dumps(value, indent=2),
     "scenario_title": lambda name: scenarios.load(name).title if name in scenarios.names() else name,
@@ -116,5 +120,9 @@ async def drawn(request: Request, chart: Chart) -> Response:
     """A chart as SVG; raises NotFound for an empty one, TooManyRequests where no child process is free in time."""
     if chart.is_empty:
         raise NotFound("values to draw of", chart.title)
-    svg = await in_child(request, drawn_chart, chart.drawn_part())
+    return as_svg(await in_child(request, drawn_chart, chart.drawn_part()))
+
+
+def as_svg(svg: str | bytes) -> Response:
+    """A drawing whose address names its content, so that a browser keeps it."""
     return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})

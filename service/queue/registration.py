@@ -57,7 +57,8 @@ class Registrar:
     def _succeed(self, lease: Lease, verified: VerifiedEnding) -> bool:
         self.backoff.clear(lease)
         if verified.result is None:
-            return self._store.leases.publish(lease, verified.files, seconds=verified.ending.seconds)
+            seconds, headline = verified.ending.seconds, verified.headline
+            return self._store.leases.publish(lease, verified.files, seconds=seconds, headline=headline)
         counts = self._store.leases.finish(lease, verified.result)
         if counts:
             try:

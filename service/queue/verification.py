@@ -23,8 +23,9 @@ from service.workers.supervisor import BROKEN_MOUNT
 from service.workers.timings import Timings
 from solver.errors import WhippleError
 from studies.convergence.experience import MeshError, without_mesh_error
-from studies.quantities.files import RESULT
+from studies.quantities.files import COVER, RESULT
 from studies.quantities.measured import Measured
+from studies.reports.cover import read_cover
 from studies.runs.results import RunResult
 
 log = logging.getLogger(__name__)
@@ -52,6 +53,7 @@ class VerifiedEnding:
     files: tuple[Stored, ...]  # paths as in rows; of a failed run its log, if there is one
     result: Result | None = None  # of a run
     losses: tuple[Loss, ...] = ()  # results that a publication needs and that cannot be read
+    headline: str = ""  # of a publication
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,8 @@ class Verification:
         files = tuple(file for file in reported if file.name not in damaged)
         self._artifacts.bring_to_disk(self._artifacts.attempt_directory(lease))
         if lease.kind is Kind.PUBLISH:
-            return VerifiedEnding(ending, files)
+            cover = next((self._artifacts.path(file) for file in files if file.name == COVER), None)
+            return VerifiedEnding(ending, files, headline=legible(read_cover(cover).headline) if cover else "")
         return VerifiedEnding(ending, files, result=self._result(files, ending.seconds))
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:

@@ -217,6 +217,7 @@ class SweepStatus:
     keep: Keep = field(metadata=described("files kept for each run besides its measurements"))
     state: SweepState
     reason: str | None = field(metadata=described("reason why the cube and the report could not be made"))
+    headline: str | None = field(metadata=described("headline of the report; null before there is one"))
     planned: int = field(metadata=described("runs of the sweep: points times resolutions and offsets"))
     reused: int = field(
         metadata=described("runs that were computed before or already running when the sweep was accepted")

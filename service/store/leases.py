@@ -159,11 +159,11 @@ class Leases:
                 log_attempts(connection, moment, "cancelled", lease)
         return outcome
 
-    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once."""
+    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float, headline: str = "") -> bool:
+        """Register the files of a publication and the headline of its report, in place of earlier ones, all at once."""
         moment = now()
         with self._database.writing() as connection:
-            if not transitions.publish(connection, lease, moment, seconds):
+            if not transitions.publish(connection, lease, moment, seconds, headline):
                 return False
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
             register_files(connection, lease.id, files)

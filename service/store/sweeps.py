@@ -5,11 +5,11 @@ the results ask for further ones. Nothing is stored beyond the document and the 
 retry are those of any sweep.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from datetime import datetime
+from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -27,6 +27,7 @@ from service.records.jobs import (
     SweepState,
     SweepStatus,
 )
+from service.records.logbook import PAGE, Column, Logbook, LogbookEntry, Wanted
 from service.store import fair_queueing, transitions
 from service.store.connection import Database
 from service.store.events import log_event
@@ -37,6 +38,7 @@ from service.store.tables import (
     CONTROL,
     IDEMPOTENCY,
     JOBS,
+    JSON,
     POINT_STATE,
     POINTS,
     PUBLICATIONS,
@@ -92,11 +94,13 @@ SWEEP_ROWS = sa.select(
     *(SWEEPS.c[name] for name in ("physics", "renewed", "older")),
     SWEEP_STATE.label("state"),
     *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
+    PUBLICATIONS.c.summary["headline"].as_string().label("headline"),
     sa.select(CONTROL.c.cache_generation).scalar_subquery().label("cache_generation"),
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
 
-PAGE = 50  # sweeps of a page, unless it is asked for another number
+NAME = re.compile(r"[\w.-]+")  # of a material
+MOST_COMPARED = 20_000  # characters of a document that is set beside others of the same title
 MOST_WORDS = 8  # of a search; the last one is all that is left
 # Names of the files that a sweep has published, separated by spaces; null: there are none.
 FILE_NAMES = (
@@ -107,16 +111,6 @@ FILE_NAMES = (
     .label("files")
 )
 SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
-
-
-@dataclass(frozen=True)
-class SweepsWithFiles:
-    """A page of sweeps with their files, and whether runs are begun."""
-
-    sweeps: Page[SweepStatus]
-    files: Mapping[str, Sequence[str]]  # names of the published ones, by sweep
-    paused: datetime | None  # since when no run is begun
-    blocked_reason: str | None  # why nothing is begun although there is work
 
 
 class Sweeps:
@@ -296,32 +290,28 @@ class Sweeps:
         with self._database.reading() as connection:
             return self._page_of(connection, connection.execute(query).all(), limit)
 
-    def page_with_files(
-        self, *, text: str = "", state: SweepState | None = None, owner: str | None = None, cursor: str | None = None
-    ) -> SweepsWithFiles:
-        """Sweeps with their files, the youngest first, and the state of the queue: two statements.
-
-        Each word of ``text`` is part of the title, name, scenario or a material of what is wanted, or it begins the id.
-        """
-        wanted = _youngest(SWEEPS_AND_FILES, cursor, PAGE)
-        if words := [_has(word) for word in text.split(maxsplit=MOST_WORDS - 1)]:
-            wanted = wanted.where(sa.or_(sa.and_(*words), SWEEPS.c.id.istartswith(text, autoescape=True)))
-        if state is not None:
-            wanted = wanted.where(SWEEP_STATE.in_([state]))
-        if owner is not None:
-            wanted = wanted.where(SWEEPS.c.owner == owner)
-        page = wanted.subquery()
+    def logbook(self, wanted: Wanted) -> Logbook:
+        """Sweeps with what a list shows of them, and the state of the queue: two statements."""
+        page = _listed(wanted).subquery()
+        key = page.c.key.asc() if wanted.ascending else page.c.key.desc()
+        is_alike = sa.func.count().over(partition_by=page.c.title) > 1
+        document = sa.type_coerce(sa.case((is_alike, page.c.document)), JSON).label("of_alike")
         query = (
-            sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, page)
+            sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, page, document)
             .select_from(CONTROL.outerjoin(page, sa.true()))  # the table has exactly one row
-            .order_by(page.c.number.desc())
+            .order_by(key, page.c.number.desc())
         )
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
             of_sweeps = [row for row in rows if row.id is not None]
-            sweeps = self._page_of(connection, of_sweeps, PAGE)
-        files = {row.id: _names(row) for row in of_sweeps}
-        return SweepsWithFiles(sweeps, files, rows[0].paused, rows[0].blocked_reason)
+            statuses = self._statuses(connection, of_sweeps[: wanted.limit])
+        entries = tuple(
+            LogbookEntry(
+                status, _names(row), tuple(dict.fromkeys(NAME.findall(row.made_of))), row.axes or {}, row.of_alike
+            )
+            for status, row in zip(statuses, of_sweeps, strict=False)
+        )
+        return Logbook(entries, len(of_sweeps) > wanted.limit, rows[0].paused, rows[0].blocked_reason)
 
     def document(self, id: str) -> "Mapping[str, JsonValue]":
         """The document of a sweep, canonical; raises NotFound."""
@@ -417,20 +407,56 @@ def _youngest(query: Query, cursor: str | None, limit: int) -> Query:
     return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
 
 
+def _listed(wanted: Wanted) -> Query:
+    """The sweeps of a list with the key of their order, and one more to know whether there are others."""
+    keys: Mapping[Column, sa.ColumnElement[Any]] = {
+        "submitted": SWEEPS.c.number,
+        "title": sa.func.lower(SWEEPS.c.title),
+        "scenario": SWEEPS.c.scenario,
+        "materials": made_of(),
+        "runs": SWEEPS.c.planned,
+    }
+    key = keys[wanted.order]
+    is_short = sa.func.length(sa.cast(SWEEPS.c.document, sa.Text)) <= MOST_COMPARED
+    document = sa.type_coerce(sa.case((is_short, SWEEPS.c.document)), JSON).label("document")
+    query = SWEEPS_AND_FILES.add_columns(
+        made_of().label("made_of"), SWEEPS.c.document["axes"].label("axes"), document, key.label("key")
+    )
+    if words := [_has(word) for word in wanted.text.split(maxsplit=MOST_WORDS - 1)]:
+        query = query.where(sa.or_(sa.and_(*words), SWEEPS.c.id.istartswith(wanted.text, autoescape=True)))
+    if wanted.state is not None:
+        query = query.where(SWEEP_STATE.in_([wanted.state]))
+    if wanted.scenario:
+        query = query.where(SWEEPS.c.scenario == wanted.scenario)
+    if wanted.material:
+        query = query.where(made_of().icontains(wanted.material, autoescape=True))
+    if wanted.owner is not None:
+        query = query.where(SWEEPS.c.owner == wanted.owner)
+    query = query.order_by(key.asc() if wanted.ascending else key.desc(), SWEEPS.c.number.desc())
+    return query.offset(wanted.first).limit(wanted.limit + 1)
+
+
+@cache
+def made_of() -> sa.ColumnElement[str]:
+    """The materials that a document names, fixed or as axes, with spaces between."""
+    from studies import scenarios  # a tenth of a second, and few queries need them
+
+    roles = dict.fromkeys(role for name in scenarios.names() for role in scenarios.load(name).materials)
+    names: sa.ColumnElement[str] = sa.literal("")
+    for part, role in product(("fixed", "axes"), roles):
+        names = names + " " + sa.func.coalesce(SWEEPS.c.document[part, role].as_string(), "")
+    return names
+
+
 def _has(word: str) -> sa.ColumnElement[bool]:
     """Whether a sweep has a word, also in the title of its scenario or of a material that ships."""
-    from studies import materials, scenarios  # a tenth of a second, and no other query needs them
+    from studies import materials, scenarios
 
     setups = {name: scenarios.load(name) for name in scenarios.names()}
     of_scenarios = [name for name, setup in setups.items() if word.lower() in setup.title.lower()]
     of_materials = [name for name in materials.names() if word.lower() in materials.load(name).title.lower()]
-    # The materials that a document names, fixed or as axes, with spaces between.
-    roles = sorted({role for setup in setups.values() for role in setup.materials})
-    made_of: sa.ColumnElement[str] = sa.literal("")
-    for part, role in product(("fixed", "axes"), roles):
-        made_of = made_of + " " + sa.func.coalesce(SWEEPS.c.document[part, role].as_string(), "")
     named = [SWEEPS.c[name].icontains(word, autoescape=True) for name in ("title", "name", "scenario")]
-    made = [made_of.icontains(name, autoescape=True) for name in (word, *of_materials)]
+    made = [made_of().icontains(name, autoescape=True) for name in (word, *of_materials)]
     return sa.or_(*named, SWEEPS.c.scenario.in_(of_scenarios), *made)
 
 

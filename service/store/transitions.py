@@ -155,9 +155,10 @@ def requeue(connection: sa.Connection, lease: Lease, moment: datetime, crashes: 
     return outcome
 
 
-def publish(connection: sa.Connection, lease: Lease, moment: datetime, seconds: float) -> bool:
+def publish(connection: sa.Connection, lease: Lease, moment: datetime, seconds: float, headline: str) -> bool:
     """Running to succeeded, of a publication; False: the attempt no longer counts."""
-    end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
+    summary = {"headline": headline} if headline else None
+    end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment, "summary": summary}
     return connection.execute(JOBS.update().where(_IS_HELD).values(end), _held(lease)).rowcount > 0
 
 

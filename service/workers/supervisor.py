@@ -21,13 +21,13 @@ from service.workers.attempt import Attempt, Ending, Report
 from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.quantities.files import ALL_RUNS_CSV, RESULT, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, COVER, RESULT, SWEEP_FILES
 
 SendProgress = Callable[[AttemptProgress], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
-MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (ALL_RUNS_CSV, LOG)}
+MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (ALL_RUNS_CSV, COVER, LOG)}
 
 MOST_STARTS = 3  # processes that may die before they accept the attempt
 BROKEN_MOUNT = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})

@@ -20,8 +20,10 @@ from studies.reports.wording import environment_of
 def page(answer: ShotAnswer, shot: Shot) -> str:
     """One HTML file that needs no network."""
     from studies.reports.drawing.charts import of_page
+    from studies.reports.drawing.images import picture_style
 
-    return _rendered("answer.html", answer, shot, lambda figure: of_page(figure, "answer"))
+    style = Markup(picture_style())
+    return _rendered("answer.html", answer, shot, lambda figure: of_page(figure, "answer"), style)
 
 
 def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
@@ -29,7 +31,7 @@ def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> s
     return _rendered("body.html", answer, shot, drawn)
 
 
-def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
+def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup], style: str = "") -> str:
     figure, target = picture(shot, answer.target), targets()[answer.target]
     return _template(template).render(
         answer=answer,
@@ -37,6 +39,7 @@ def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Fi
         shot=shot_in_words(shot),
         figure=figure,
         drawing=drawn(figure),
+        style=style,
         readable=readable,
         unit=lambda unit: display_of(unit).unit,
         title=lambda law: laws.load(law).title,

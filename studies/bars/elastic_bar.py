@@ -152,6 +152,8 @@ SCENARIO = Scenario(
     title="Elastic bar on a wall",
     description="An elastic bar hits a rigid frictionless wall end-on and rebounds, or is pressed on it by loads; "
     "contact, momentum, energy, the motion of its free end, and velocity and stress in its middle are measured.",
+    question="How does an elastic bar rebound?",
+    place=70,
     parameters=ElasticBar,
     materials=(),
     measurements=(

@@ -176,6 +176,8 @@ SCENARIO = Scenario(
     title="Taylor bar",
     description="A bar hits a rigid frictionless wall end-on, or is pressed on it by loads, and flattens; its final "
     "shape is measured.",
+    question="How does a bar flatten on a wall?",
+    place=60,
     parameters=TaylorBar,
     materials=("bar",),
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),

@@ -131,5 +131,4 @@ def cloud(run: Run, file: Path) -> View:
 def _downward(run: Run) -> float:
     """-1 where a body flies against the coordinate along the line of flight, so that it flies down on the screen."""
     outline = scenarios.load(run.scenario).parameters.outline(run.parameters)
-    headings = [shape.heading[1] for shape in outline.shapes if shape.heading] if outline else []
-    return -1.0 if any(heading < 0.0 for heading in headings) else 1.0
+    return outline.upward if outline else 1.0

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from solver.registry import entries
 
+Point = tuple[float, float]
+
 
 @dataclass(frozen=True)
 class ShotTable:
@@ -17,6 +19,8 @@ class ShotTable:
     remark: str
     address: str  # of its page
     count: Callable[[], int]
+    # What its picture shows, and the points (speed, m/s, and a size, m) of shots that failed and that held.
+    points: "Callable[[], tuple[str, Sequence[Point], Sequence[Point]]] | None" = None
 
 
 def further_tables() -> Sequence[ShotTable]:

@@ -35,6 +35,20 @@ def words(report: Mapping[str, Plain], files: Files) -> Words:
     }
 
 
+def cover(report: Mapping[str, Plain], files: Files) -> tuple[str, Markup, Markup] | None:
+    """The picture beside the opening figure, large and small, behind what it shows: the end of a run, or the set-up."""
+    pictures = Node(report)._part("pictures")
+    if opening := _opening(pictures):
+        run, picture = opening
+        draw = words(report, files)["draw"]
+        large, small = (Markup(draw(run.run, picture, full=full)) for full in (True, False))
+        return f"{bare(run.title)}: {bare(picture.label)}".removeprefix(": "), large, small
+    if bare(pictures.setup) is None:
+        return None
+    drawn = SETUP.validate_python(bare(pictures.setup))
+    return drawn.alt, setup_sketch(drawn), setup_sketch(drawn)
+
+
 def _opening(pictures: Node) -> tuple[Node, Node] | None:
     """The run in full size at the end of the axes, and the picture of its end; None without any."""
     shown = [

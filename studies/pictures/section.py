@@ -2,11 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from studies.quantities.parameters import Plain
 from studies.reports.picture import Picture
 from studies.reports.section import Files, Part, Section, Source, Words
 from studies.scenarios.parts.outline import Outline
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -17,11 +21,6 @@ class DrawnSetUp:
     labels: Mapping[str, str]  # of dimensions and speed, by parameter
     materials: Mapping[str, str]  # by body
     alt: str
-
-    @property
-    def upward(self) -> float:
-        """The factor that lets the coordinate along the line of flight point down: -1 where a body flies against it."""
-        return -1.0 if any(shape.heading and shape.heading[1] < 0.0 for shape in self.outline.shapes) else 1.0
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,12 @@ def _words(report: Mapping[str, Plain], files: Files) -> Words:
     return words(report, files)
 
 
+def _cover(report: Mapping[str, Plain], files: Files) -> "tuple[str, Markup, Markup] | None":
+    from studies.pictures.page import cover
+
+    return cover(report, files)
+
+
 SECTION = Section(
     "pictures",
     "Pictures",
@@ -67,4 +72,5 @@ SECTION = Section(
     beside="studies.pictures:beside.html",
     appendix="studies.pictures:appendix.html",
     words=_words,
+    cover=_cover,
 )

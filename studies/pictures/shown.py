@@ -82,7 +82,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
     setup, finest, count = setup_of(dataset), _finest(dataset), dataset.run_state.size
     chosen = spread(range(count) if count <= MOST_RUNS else finest, MOST_RUNS)
-    shown = [_shown(dataset, number, files, setup.upward if setup else 1.0) for number in chosen]
+    shown = [_shown(dataset, number, files, setup.outline.upward if setup else 1.0) for number in chosen]
     kept = [run for run in shown if run.sections]
     full = [run.number for run in spread([run for run in kept if run.number in finest], MOST_FULL)]
     frames = {kind: _frames(kept, kind) for kind in ("end", "debris")}
@@ -99,6 +99,19 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
         for run in shown
     )
     return Pictures(setup, runs, count - len(runs))
+
+
+def picture_of_end(sections: Sections, lengths: Mapping[str, float], *, diameter: float, sign: float) -> Picture | None:
+    """The picture of the end of a run alone, with what it measured (m, by quantity); None of a run without an end.
+
+    ``diameter`` of the projectile (m), NaN where there is none; ``sign`` is -1 where the line of flight points up.
+    """
+    shown = {name: value for name, value in lengths.items() if name in (*ACROSS, *ALONG) and math.isfinite(value)}
+    run, end = Shown(0, "", sections, "", shown, diameter, sign), sections.at(END)
+    if end is None:
+        return None
+    field = THUMBNAIL_FIELDS["end"]
+    return _picture(run, end, "end", field, _frames([run], "end")[0], _limits([run], "end")[field])
 
 
 def first_of_kinds(pictures: Pictures) -> list[Picture]:

@@ -33,7 +33,7 @@ def setup_sketch(setup: DrawnSetUp) -> Markup:
 
 def _sketch(setup: DrawnSetUp) -> Figure:
     # Bodies come from above, whatever their coordinate says.
-    shapes, sign = setup.outline.shapes, setup.upward
+    shapes, sign = setup.outline.shapes, setup.outline.upward
     left, right = min(shape.left for shape in shapes), max(shape.right for shape in shapes)
     ends = [sign * end for shape in shapes for end in (shape.top, shape.bottom)]
     top, bottom = min(ends), max(ends)

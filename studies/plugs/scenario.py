@@ -429,6 +429,8 @@ SCENARIO = Scenario(
     title="Plugging of a plate",
     description="A hard projectile with a blunt, conical or hemispherical nose hits a clamped plate at right angles; "
     "the projectile, the plug and the hole are measured.",
+    question="Does a plate stop a hard projectile?",
+    place=50,
     parameters=Plugging,
     materials=("projectile", "target"),
     measurements=(

@@ -11,12 +11,14 @@ STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
+SECTION_NOW = "section-now.npz"  # the last section of a running run
 CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = "cube.nc", "runs.csv", "report.html", "report.json"
 APPENDIX_HTML = "appendix.html"  # what report.html links
 SWEEP_FILES = (CUBE, RUNS_CSV, REPORT_HTML, APPENDIX_HTML, REPORT_JSON)
 ARCHIVE, DIGESTS = "archive.zip", "SHA256SUMS"  # all files of a sweep, and in it the digests of the others
 ZARR = "cube.zarr.zip"
 VTK = "vtk.zip"  # film and final state of a run for other programs
+COVER = "cover.zip"  # what lists and pages of the service show of a report
 ALL_RUNS_CSV = "runs-all.csv"  # every column of the runs, offered in place of RUNS_CSV
 
 READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too

@@ -137,7 +137,7 @@ def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
     It prints on at most six sheets of A4, whatever the sweep: the appendix has what is left.
     """
     every = FIGURES.validate_python(report["figures"])
-    opening = next((number for number, figure in enumerate(every) if _says(figure, "law", "band", "observation")), None)
+    opening = opening_figure(every)
     names = [figure.name for figure in every]
     ratio_name = "" if opening is None else f"{names[opening]}_ratio"
     ratio = names.index(ratio_name) if ratio_name in names else None
@@ -156,6 +156,11 @@ def page(report: Mapping[str, Plain], files: Files | None = None) -> str:
         further=further,
         drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
     )
+
+
+def opening_figure(figures: Sequence[Figure]) -> int | None:
+    """The number of the figure with which a page opens: the first that sets laws or shots beside the runs."""
+    return next((n for n, figure in enumerate(figures) if _says(figure, "law", "band", "observation")), None)
 
 
 def appendix(report: Mapping[str, Plain], files: Files | None = None) -> str:

@@ -17,6 +17,7 @@ from studies.cubes.opening import whole_cube
 from studies.quantities.files import (
     ALL_RUNS_CSV,
     APPENDIX_HTML,
+    COVER,
     CUBE,
     REPORT_HTML,
     REPORT_JSON,
@@ -39,7 +40,7 @@ def publish(
     sections: Mapping[str, Path] | None = None,
     places: PointsOfRuns | None = None,
 ) -> dict[str, str]:
-    """Write the files of a sweep and ``runs-all.csv`` into a folder; paths by name.
+    """Write the files of a sweep ``runs-all.csv`` and ``cover.zip`` into a folder; paths by name.
 
     A run without an outcome is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
     ``places`` finds the runs of a sweep that another version expanded: they have other ids here.
@@ -58,10 +59,11 @@ def publish_sweep(
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Publish a parsed sweep from results that are records."""
-    from studies.reports.page import appendix, page  # with Matplotlib, which a partial cube need not load
+    from studies.reports.cover import write_cover  # with Matplotlib, which a partial cube need not load
+    from studies.reports.page import appendix, page
 
     directory.mkdir(parents=True, exist_ok=True)
-    files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV)}
+    files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV, COVER)}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     dataset = cube.with_computation(whole_cube(files[CUBE]), results)
     write_text(files[RUNS_CSV], runs_csv(dataset))
@@ -70,6 +72,7 @@ def publish_sweep(
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))
     write_text(files[APPENDIX_HTML], appendix(document, sections))
+    write_cover(document, sections or {}, files[COVER])
     return {name: str(file) for name, file in files.items()}
 
 

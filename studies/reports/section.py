@@ -69,6 +69,8 @@ class Section:
     beside: str = ""  # of the first screen, beside its figure
     # What its templates call, beside what those of all sections do, for a document and the files of its runs.
     words: Callable[[Mapping[str, Plain], Files], Words] | None = None
+    # What the picture of the cover shows, the picture, and a small one; None where there is none.
+    cover: "Callable[[Mapping[str, Plain], Files], tuple[str, Markup, Markup] | None] | None" = None
 
 
 def sections() -> tuple[Section, ...]:

@@ -31,7 +31,7 @@ from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from solver.state import MASS, Snapshot
 from studies import scenarios
 from studies.measurements import distributions
-from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
+from studies.quantities.files import FILM, RESULT, SECTION_NOW, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import FilmRecorder, RunObserver
 from studies.runs.results import (
@@ -48,6 +48,7 @@ from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
 from studies.sections.section import SectionRecorder
+from studies.sections.watched import Watched
 
 # Flagged, not failed. The hottest 0.1 % of the particles of resolved perforations hold 1 to 6 % of the internal energy
 # at the end (case ``energy``); half of it means that single particles have run away.
@@ -96,6 +97,7 @@ def execute(
 
     try:
         observer = observer_of(run, report, film=film)
+        observer.watched = Watched(directory / SECTION_NOW)
         problem = observer.setting.problem
         made_by["threads"] = threads_for(problem.particle_count, threads)
         log.begin(run, problem, made_by)
@@ -103,6 +105,8 @@ def execute(
         result = with_mesh_errors(run, _succeeded(run.id, directory, observer, outcomes))
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
+    finally:
+        (directory / SECTION_NOW).unlink(missing_ok=True)
     made_by |= {"started": started, "seconds": time.perf_counter() - clock}
     if resumptions:
         made_by["checkpoint"] = "; ".join(resumptions)

@@ -29,7 +29,7 @@ class Progress:
     time: float  # simulated, s
     end_time: float  # cap, s
     step: int
-    fraction: float  # 0..1 of the cap; a run may end earlier
+    fraction: float  # 0..1 of the time that is expected; a run that settles has some left at its end
     eta_seconds: float | None
     measured: Mapping[str, float]
 

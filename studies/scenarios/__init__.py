@@ -12,6 +12,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 from typing import TYPE_CHECKING, ClassVar, Generic, Self, TypeVar
 
 from solver.registry import entries
@@ -177,6 +178,15 @@ class Scenario:
     distributions: tuple[str, ...] = ()  # read off the final state of its runs
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
+    question: str = ""  # what people ask who want it
+    place: int = 100  # among the questions
+
+    @property
+    def drawing(self) -> str:
+        """A small drawing of it (SVG without colours): the file of its name beside its parameters; empty for none."""
+        package, _, _ = self.parameters.__module__.rpartition(".")
+        file = files(package).joinpath(f"{self.name}.svg")
+        return file.read_text(encoding="utf-8") if file.is_file() else ""
 
     def record(self, values: Mapping[str, Value]) -> SetUp:
         """The parameters of values by name (SI)."""

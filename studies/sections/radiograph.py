@@ -2,13 +2,16 @@
 
 The picture is symmetric about the axis, so that one half of it is kept, in square pixels. A particle of a body of
 revolution is a ring: of its mass the share (asin(y2 / r) - asin(y1 / r)) 2 / pi lies between the distances y1 and y2
-from the axis, on both sides. Particles are spread over their initial width, by points in it.
+from the axis, on both sides. Particles are spread over their initial width, by points in it; rings that stretched
+matter has moved apart, over the distance to their neighbours, so that they draw no stripes.
 """
 
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from solver.grid.debris import flown
 from solver.problem import Problem
@@ -17,6 +20,11 @@ from solver.state import Snapshot
 
 AREAL_DENSITY = "areal_density"  # the field of a picture that is a radiograph
 PIXELS = 24.0  # across the projectile
+NEIGHBOURS = 8  # nearest rings, over whose distance a ring is spread
+LATTICE = 2.0  # distance of these in whole matter, in widths of a particle
+WIDEST = 20.0  # pixels over which a ring is spread
+SCATTERED, MOST_SCATTERED = (8, 96), 200_000  # points of a ring that is spread, and of all together
+GOLDEN = 0.6180339887498949  # fills an interval evenly
 
 
 @dataclass(frozen=True)
@@ -40,16 +48,45 @@ def radiograph(problem: Problem, snapshot: Snapshot, *, pixel: float, whole: flo
     across = 0 if axis == 1 else 1
     shape = tuple(math.ceil(extent[k] / pixel - 1e-9) for k in (axis, across))
     origin = float(geometry.lower[axis])
-    points = _within(width, pixel)
+    apart = _apart(place, width, pixel) if axis == 1 else np.zeros(mass.size)
+    points, loose = _within(width, pixel), apart > 0.0
     total = np.zeros(shape)
-    for along in points:
-        row = np.floor((place[:, axis] + along - origin) / pixel).astype(np.int64)
+
+    def rows_of(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        row = np.floor((along - origin) / pixel).astype(np.int64)
         inside = (row >= 0) & (row < shape[0])
+        return row[inside], inside
+
+    for along in points:
+        row, inside = rows_of(place[~loose, axis] + along)
+        of_row, share = place[~loose][inside], mass[~loose][inside] / points.size
         if axis == 1:
-            _add_rings(total, row[inside], place[inside, 0], mass[inside] / points.size, pixel)
+            _add_rings(total, row, of_row[:, 0], share, pixel)
         else:
-            _add_points(total, row[inside], place[inside, 1], mass[inside] / points.size, pixel, points)
+            _add_points(total, row, of_row[:, 1], share, pixel, points)
+    offsets = _scattered(int(np.clip(MOST_SCATTERED / max(1, loose.sum()), *SCATTERED)))
+    for along, beside in offsets:
+        row, inside = rows_of(place[loose, 1] + along * apart[loose])
+        radius = np.abs(place[loose, 0] + beside * apart[loose])[inside]
+        _add_rings(total, row, radius, mass[loose][inside] / len(offsets), pixel)
     return Radiograph(0.5 * total / pixel**2, origin, pixel)
+
+
+def _apart(place: np.ndarray, width: float, pixel: float) -> np.ndarray:
+    """How far rings (n, 2) lie from their neighbours, m; 0 of those that are as near as particles are wide."""
+    count = min(NEIGHBOURS + 1, len(place))  # each is its own nearest
+    if count < 2:
+        return np.zeros(len(place))
+    distance = cKDTree(place).query(place, k=count)[0][:, -1]
+    # Of a lattice the nearest eight are within a diagonal.
+    return np.where(distance > LATTICE * width, np.minimum(distance, WIDEST * pixel), 0.0)
+
+
+def _scattered(count: int) -> list[tuple[float, float]]:
+    """Points of a normal distribution in two directions, whose deviation is a half."""
+    shares = ((place + 0.5) / count for place in range(count))
+    normal = NormalDist(sigma=0.5).inv_cdf
+    return [(normal(share), normal(share * count * GOLDEN % 1.0)) for share in shares]
 
 
 def _within(width: float, pixel: float) -> np.ndarray:

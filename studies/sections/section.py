@@ -15,7 +15,7 @@ thinned, evenly. Elements are shown by points inside their faces in the plane, a
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
@@ -128,6 +128,13 @@ class SectionRecorder:
     def save(self, path: Path) -> None:
         """Write the sections so far: whole, or not at all."""
         self.is_saved = True
+        self._write(path, self.states)
+
+    def save_now(self, snapshot: Snapshot, path: Path) -> None:
+        """Write the section of a state alone, as if it were the end."""
+        self._write(path, [self._section(snapshot, END)])
+
+    def _write(self, path: Path, states: Sequence[Section]) -> None:
         bodies = self.problem.bodies
         arrays: dict[str, ArrayLike] = {
             "bodies": [body.name for body in bodies],
@@ -141,7 +148,7 @@ class SectionRecorder:
                 "radiograph_origin": self.radiograph.origin,
                 "radiograph_pixel": self.radiograph.pixel,
             }
-        for number, state in enumerate(self.states):
+        for number, state in enumerate(states):
             arrays |= {f"{name}_{number}": value for name, value in _packed(state).items()}
 
         def fill(part: Path) -> None:

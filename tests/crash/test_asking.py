@@ -56,6 +56,7 @@ def service(tmp_path: Path) -> Iterator[Service]:
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "asking", minutes=2.0)
+@pytest.mark.claim("contract", "asking", minutes=2.0)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_page__reads_on_a_telephone_and_on_a_desk(service: Service, width: int, compared: Compared) -> None:
     """Pages with which a person asks: no serious violation of accessibility, no message, no request elsewhere."""

@@ -28,6 +28,7 @@ PICTURE = "canvas => canvas.toDataURL()"
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "watching", minutes=1.5)
+@pytest.mark.claim("contract", "watching", minutes=1.5)
 def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Compared) -> None:
     """In a browser a sweep fills its grid; a run's film slides and its matter turns, by keys too; the cube is one.
 
@@ -76,7 +77,8 @@ def _watch(browser: Browser, service: Service, compared: Compared) -> None:
             seen.add(left)
             expect(waiting).not_to_have_count(left, timeout=PATIENCE)
         compared(at_least("numbers of unfinished cells that were seen", limit=2, got=len(seen)))
-        expect(page.frame_locator("iframe").locator(".headline")).to_be_visible(timeout=PATIENCE)
+        expect(page.locator("#status .headline")).to_be_visible(timeout=PATIENCE)
+        expect(page.locator("#report img.wide")).to_be_visible(timeout=PATIENCE)
 
 
 def _look_inside(browser: Browser, service: Service, width: int, scheme: Scheme, compared: Compared) -> None:
@@ -110,7 +112,7 @@ def _turn(page: Page, service: Service, where: str, compared: Compared) -> None:
     compared(equal(f"{where}: another field is another picture", expected=True, got=_changes(film, choose)))
     _compare(page, f"{where}: run", compared)
     page.go_back()
-    page.get_by_role("link", name="The whole page").click()
+    page.get_by_role("link", name="Report", exact=True).click()
     expect(page.locator("h1")).to_have_text(str(SWEEP["title"]))
 
 

@@ -57,8 +57,9 @@ FURTHER = FormField(
 
 @router.get("/new")
 def choose_scenario(request: Request, caller: Submitter) -> Response:
-    """The scenarios, each with its presets."""
-    listed = [(scenarios.load(name), [*_presets(name).items()]) for name in scenarios.names()]
+    """The scenarios by what people ask, each with its presets."""
+    every = sorted(map(scenarios.load, scenarios.names()), key=lambda scenario: scenario.place)
+    listed = [(scenario, [*_presets(scenario.name).items()]) for scenario in every]
     return page(request, "new.html", caller, scenarios=listed)
 
 

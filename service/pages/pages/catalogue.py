@@ -1,5 +1,6 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,9 +13,13 @@ from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
-from service.pages.computed import drawn_material
+from service.pages.answered import AnsweredForm
+from service.pages.computed import drawn_material, flow_stresses
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import page
+from service.pages.questions import AskedPage
+from service.pages.rendering import as_svg, page
+from service.pages.sparks import Spark, spark, spark_of_table, within
+from service.records.jobs import NotFound
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit, limit_in_latex
 from studies.materials import CONFIDENCES, Material
@@ -29,6 +34,15 @@ PAGE = PageRoutes("catalogue", 40, router, LINKS)
 
 Drawings = list[tuple[str, str]]  # titles and images
 DRAWN: dict[str, Drawings] = {}  # by material
+FLOW_STRESSES: dict[str, Spark] = {}  # by material
+STRONGEST = 1.5e9  # Pa: where the pictures of flow stresses end
+# Colours of the drawings of scenarios.
+DRAWING_STYLE = (
+    "<style>path,circle{stroke-linejoin:round}.matter{fill:#9db2c4}.hitting{fill:#b36b00}.paper,.grid,.text,.crack,"
+    ".flight,.measured{fill:none;stroke:#777;stroke-width:1.5}.flight{stroke:#1a1a1a}.measured,.crack{stroke:#a3003c}"
+    "@media(prefers-color-scheme:dark){.matter{fill:#55697b}.hitting{fill:#ffb347}.flight{stroke:#e8e8e6}"
+    ".measured,.crack{stroke:#ff7aa5}}</style>"
+)
 SECTIONS: Mapping[str, str] = {
     "": "At rest",
     "elastic": "Elasticity",
@@ -68,7 +82,7 @@ def typeset(text: str) -> Markup:
 @router.get("/scenarios")
 def show_scenarios(request: Request, caller: Reader) -> Response:
     """Every scenario with its parameters and what it measures."""
-    listed = [scenarios.load(name) for name in scenarios.names()]
+    listed = sorted(map(scenarios.load, scenarios.names()), key=lambda scenario: scenario.place)
     titles = {name: measurements.load(name).title for scenario in listed for name in scenario.measurements}
     return page(
         request,
@@ -80,9 +94,39 @@ def show_scenarios(request: Request, caller: Reader) -> Response:
     )
 
 
+@router.get("/scenarios/{name}.svg")
+def show_drawing(name: str, _: Reader) -> Response:
+    """The small drawing of a scenario, with colours that hold in light and dark."""
+    text = scenarios.load(name).drawing
+    if not text:
+        raise NotFound("drawing", name)
+    return as_svg(text.replace(">", f">{DRAWING_STYLE}", 1))
+
+
+# A sphere on a plate: the fields of a plate or a block, which has no thickness.
+EXAMPLE = {
+    "speed": "6 km/s",
+    "projectile": "al-2017-t4",
+    "projectile_diameter": "10 mm",
+    "target": "al-6061-t6",
+    "plate_thickness": "4 mm",
+}
+ASKED = AskedPage("/laws", tuple(EXAMPLE), ("obliquity", "projectile_length"), "Obliquity, cylinder", lambda: EXAMPLE)
+
+
+async def _answer(request: Request, _: Reader) -> AnsweredForm:
+    return await ASKED.answer(request)
+
+
+@router.get("/laws/sheet")
+async def show_sheet(request: Request, _: Reader) -> Response:
+    """What laws and shots say of a plate or a block on one sheet of A4; raises InvalidInput."""
+    return await ASKED.sheet(request)
+
+
 @router.get("/laws")
-def show_laws(request: Request, caller: Reader) -> Response:
-    """Every law with its formula, range and source, by what it predicts."""
+def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+    """What laws and shots say of a plate or a block, and every law with formula, range and source, by quantity."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}
     measured = sorted(answered - {*laws.unmeasured()}, reverse=True)
@@ -96,6 +140,7 @@ def show_laws(request: Request, caller: Reader) -> Response:
         typeset=typeset,
         limit=_limit,
         confidences=CONFIDENCES,
+        **ASKED.content(request, caller, answer),
     )
 
 
@@ -106,11 +151,24 @@ def _limit(law: Law, limit: Limit) -> Markup:
     return typeset(limit_in_latex(limit)) + (f" ({', '.join(notes)})" if notes else "")
 
 
+async def _flow_stresses(request: Request, _: Reader) -> dict[str, Spark]:
+    """The flow stresses of the materials on one scale, made once by a child process."""
+    if not FLOW_STRESSES:
+        for name, curve in (await in_child(request, flow_stresses)).items():
+            if all(math.isfinite(stress) for _, stress in curve):
+                cut = ((strain, min(stress, STRONGEST)) for strain, stress in curve)
+                points = tuple(within(point, (0.0, 0.0), (1.0, STRONGEST)) for point in cut)
+                FLOW_STRESSES[name] = Spark(f"Flow stress of {materials.load(name).title}", points)
+    return FLOW_STRESSES
+
+
 @router.get("/materials")
-def show_materials(request: Request, caller: Reader) -> Response:
+def show_materials(
+    request: Request, caller: Reader, sparks: Annotated[dict[str, Spark], Depends(_flow_stresses)]
+) -> Response:
     """Every material that ships, with its models."""
     listed = [materials.load(name) for name in materials.names()]
-    return page(request, "materials.html", caller, materials=listed, shown=shown)
+    return page(request, "materials.html", caller, materials=listed, shown=shown, sparks=sparks)
 
 
 async def _drawings(name: str, request: Request, _: Reader) -> Drawings:
@@ -169,9 +227,13 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(table.name, table.address, table.remark, table.count()) for table in further_tables()]
+    tables = [
+        (table.name, table.address, table.remark, table.count(), spark(*table.points()) if table.points else None)
+        for table in further_tables()
+    ]
     for name in observations.names():
-        tables.append((name, f"/shots/{name}", _remark(name), len(rows_of(observations.text(name), name))))
+        rows = [row for _, row in rows_of(observations.text(name), name)]
+        tables.append((name, f"/shots/{name}", _remark(name), len(rows), spark_of_table(rows)))
     return page(request, "shots.html", caller, tables=tables)
 
 
@@ -185,4 +247,7 @@ def _remark(table: str) -> str:
 def show_shots(request: Request, table: str, caller: Reader) -> Response:
     """A table of measured shots, as it ships."""
     rows = [row for _, row in rows_of(observations.text(table), table)]
-    return page(request, "shot_table.html", caller, table=table, remark=_remark(table), rows=rows, columns=[*rows[0]])
+    remark, picture, columns = _remark(table), spark_of_table(rows), [*rows[0]]
+    return page(
+        request, "shot_table.html", caller, table=table, remark=remark, rows=rows, columns=columns, picture=picture
+    )

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated
 from zipfile import BadZipFile, ZipFile
 
@@ -14,23 +15,32 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
 from service.api.browsers import check_token
-from service.api.dependencies import AppSettings, AppStore, LocalArtifacts, RunId, in_child, submit, submitting
+from service.api.dependencies import (
+    AppArtifacts,
+    AppSettings,
+    AppStore,
+    LocalArtifacts,
+    RunId,
+    in_child,
+    submit,
+    submitting,
+)
 from service.api.downloads import bring_back
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart, ChartLine
-from service.pages.computed import alone
+from service.pages.computed import alone, drawn_end
 from service.pages.grid import in_words, quantities_of, value_of
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, drawn, page
+from service.pages.rendering import SEE_OTHER, as_svg, drawn, page
 from service.records.jobs import TERMINAL, VIEWS, Conflict, Keep, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
-from studies.quantities.display import display_of, kind_of, printed_beside
-from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
+from studies.quantities.display import digits, display_of, duration, kind_of, of_share, printed_beside
+from studies.quantities.files import FILM, RESULT, SECTION_NOW, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Plain, Value, declared
 from studies.sweeps.reading import RESOLUTION
@@ -45,13 +55,21 @@ LOG_BYTES = 4096  # of the end of a log
 MOST_PLACES = 10  # sweeps of a run that are looked at
 FILM_OF = "Film of a run of "  # the title of a film begins so
 MOST_CHARTS = 24  # histories of measurements that are drawn
+# What the row of a run says of how its numbers came to be.
+COUNTED = {
+    "cells_per_diameter": "cells across the diameter",
+    "cells_per_thickness": "through the thickness",
+    "particles": "particles",
+    "steps": "steps",
+}
+DRIFT = "largest_energy_drift"
+STOPS = {"settled": "when what it measures had settled", "end_time": "when its time was over"}
 
 
 async def _files(id: RunId, request: Request, _: Reader, store: AppStore) -> Sequence[Stored]:
     """The files of a run, those that its page shows brought back from a bucket."""
     files = await run_in_threadpool(store.runs.files, id)
-    names = {RESULT, LOG} if any(file.name == STATE for file in files) else {RESULT, LOG, SECTIONS}
-    await bring_back(request, *(file for file in files if file.name in names))
+    await bring_back(request, *(file for file in files if file.name in (RESULT, LOG, SECTIONS)))
     return files
 
 
@@ -81,8 +99,10 @@ def show_run(
 ) -> Response:
     """A run: its state, histories, pictures, parameters, log and files."""
     run, spec = store.runs.get(id), store.runs.spec(id)
-    places = store.runs.places(id, MOST_SWEEPS + 1)
+    places = [(place, in_words(run.scenario, place.coordinates)) for place in store.runs.places(id, MOST_SWEEPS + 1)]
     names = {file.name for file in files}
+    measured = list(_measured(run, spec["parameters"]))
+    main = next((name for name in quantities_of(run.scenario) if name in histories), "")
     is_open = run.state not in TERMINAL
     return page(
         request,
@@ -90,22 +110,83 @@ def show_run(
         caller,
         run=run,
         scenario=scenarios.load(run.scenario),
-        places=[(place, in_words(run.scenario, place.coordinates)) for place in places[:MOST_SWEEPS]],
+        places=places[:MOST_SWEEPS],
+        point=next((words for _, words in places if words), ""),
         is_in_more=len(places) > MOST_SWEEPS,
-        measured=list(_measured(run, spec["parameters"])),
+        measured=measured,
+        came_to_be=list(_came_to_be(run)),
+        picture=_picture_address(id, files, artifacts),
+        now=_now_address(run, store, artifacts),
+        chart=histories[main].image(f"/runs/{id}/histories/{main}", {}) if main else "",
         so_far=list(_so_far(run, spec["parameters"])),
-        charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
+        charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items() if name != main],
         views=[view for view, sources in VIEWS.items() if names & {*sources} and f"{view}.view" in makers()],
         has_film=FILM in names and "gif" in makers(),
         may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
         has_radiograph=_has_radiograph(artifacts, files, spec["parameters"]),
-        parameters=list(_parameters(run.scenario, spec["parameters"], _asked(store, places))),
+        parameters=list(_parameters(run.scenario, spec["parameters"], _asked(store, [place for place, _ in places]))),
         materials=spec["materials"],
         log=_log_end(store, artifacts, id),
         files=[FileModel.of(id, file) for file in files],
         links=RunModel.of(run).links,
         events=RunModel.of(run).links["events"] if is_open else None,
     )
+
+
+def _picture_address(id: str, files: Iterable[Stored], artifacts: Artifacts) -> str:
+    """The address of the picture of a run's end; empty without its sections."""
+    sections = next((file for file in files if file.name == SECTIONS and artifacts.may_be_shown(file)), None)
+    return f"/runs/{id}/picture?content={sections.sha256[:16]}" if sections else ""
+
+
+def _section_now(run: RunRow, store: Store, artifacts: Artifacts) -> Path | None:
+    """The file with the last section of a running run; None where there is none."""
+    if run.state not in (State.RUNNING, State.CANCELLING):
+        return None
+    last = store.retention.last_attempts([run.id]).get(run.id)
+    if last is None or last.token is None:
+        return None
+    file = artifacts.log_of(run.id, last.attempt, last.token).with_name(SECTION_NOW)
+    return file if file.is_file() else None
+
+
+def _now_address(run: RunRow, store: Store, artifacts: Artifacts) -> str:
+    """The address of the picture of a running run, another one for each section; empty without any."""
+    with suppress(OSError):
+        if file := _section_now(run, store, artifacts):
+            return f"/runs/{run.id}/now?at={file.stat().st_mtime:.0f}"
+    return ""
+
+
+@router.get("/runs/{id}/now")
+async def show_now(request: Request, id: RunId, _: Reader, store: AppStore, artifacts: AppArtifacts) -> Response:
+    """The last section of a running run: SVG."""
+    run, spec = await run_in_threadpool(lambda: (store.runs.get(id), store.runs.spec(id)))
+    file = await run_in_threadpool(_section_now, run, store, artifacts)
+    if file is None:
+        raise NotFound("picture", id)
+    measured = (run.progress or {}).get("measured") or {}
+    lengths = {name: value for name, value in measured.items() if value is not None}
+    try:
+        return as_svg(await in_child(request, drawn_end, str(file), run.scenario, spec["parameters"], lengths))
+    except OSError:  # the run has ended meanwhile
+        raise NotFound("picture", id) from None
+
+
+@router.get("/runs/{id}/picture")
+async def show_picture(
+    request: Request, id: RunId, files: RunFiles, store: AppStore, artifacts: LocalArtifacts
+) -> Response:
+    """The section of a run at its end, with what it measured: SVG."""
+    if not _picture_address(id, files, artifacts):
+        raise NotFound("picture", id)
+    [sections] = [file for file in files if file.name == SECTIONS]
+    run, spec = await run_in_threadpool(lambda: (store.runs.get(id), store.runs.spec(id)))
+    measured = (run.summary or {}).get("measurements", {})
+    lengths = {name: each["value"] for name, each in measured.items() if each.get("value") is not None}
+    path = str(artifacts.path(sections))
+    svg = await in_child(request, drawn_end, path, run.scenario, spec["parameters"], lengths)
+    return as_svg(svg)
 
 
 @router.get("/runs/{id}/histories/{name}")
@@ -206,6 +287,22 @@ def _printed(
         unit="" if measurement.is_outcome else display_of(measurement.unit).unit,
         flags=flags_in_words(flags),
     )
+
+
+def _came_to_be(run: RunRow) -> Iterator[tuple[str, str]]:
+    """How the numbers of a run came to be: what it is about, and words."""
+    numbers = (run.summary or {}).get("numbers", {})
+    counted = [
+        f"{digits(value)} {words}" for name, words in COUNTED.items() if (value := numbers.get(name)) is not None
+    ]
+    if counted:
+        yield "computed with", ", ".join(counted)
+    if (drift := numbers.get(DRIFT)) is not None:
+        yield "energy lost or gained", of_share(abs(drift))
+    if stop := (run.summary or {}).get("stop"):
+        yield "ended", STOPS.get(stop, stop)
+    if run.seconds:
+        yield "took", duration(run.seconds) + (f", attempt {run.attempt}" if run.attempt > 1 else "")
 
 
 @lru_cache(maxsize=16)

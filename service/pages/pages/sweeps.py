@@ -1,10 +1,8 @@
-"""The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
+"""A sweep: the answer of its report, its grid of runs as they end, and what may be done with it."""
 
-import json
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Annotated, Literal
 from urllib.parse import urlencode
 
@@ -14,66 +12,26 @@ from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import FormFields, check_token
-from service.api.dependencies import (
-    AppArtifacts,
-    AppSettings,
-    AppStore,
-    LocalArtifacts,
-    SweepId,
-    in_child,
-    submit,
-    submitting,
-)
-from service.api.downloads import bring_back
+from service.api.dependencies import AppArtifacts, AppSettings, AppStore, SweepId, in_child, submit, submitting
 from service.api.routes import sweeps
 from service.api.schemas import SweepModel
-from service.files.artifacts import Artifacts
 from service.pages.charts import Chart
 from service.pages.computed import longer
+from service.pages.covers import CoverOfSweep
+from service.pages.differing import parts_of
 from service.pages.grid import GridSheet, chart_of, quantities_of, sheet_of, shown_cells
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
-from service.pages.rendering import SEE_OTHER, drawn, idempotency_of, page
-from service.records.jobs import USUAL_PRIORITIES, GridCell, Scope, State, Stored, SweepState, SweepStatus
+from service.pages.rendering import LONGEST_TEXT, MOST_PLACE, SEE_OTHER, as_svg, drawn, idempotency_of, page
+from service.records.jobs import USUAL_PRIORITIES, GridCell, NotFound, Scope, State, SweepState, SweepStatus
 from studies import measurements
-from studies.quantities.files import REPORT_JSON
 from studies.quantities.parameters import Plain
+from studies.reports.cover import DRAWINGS, drawing
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
-PAGE = PageRoutes("sweeps", 10, router, (("/", "Sweeps"),))
+PAGE = PageRoutes("sweeps", 15, router)
 
 Order = Literal["cancel", "retry", "delete"]
-LONGEST_TEXT = 200  # characters of what is searched for
-MOST_PLACE = 10**6  # of a row in a query
-
-
-@router.get("/")
-def show_sweeps(
-    request: Request,
-    caller: Reader,
-    store: AppStore,
-    q: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
-    state: Annotated[SweepState | Literal[""], Query()] = "",
-    own: Annotated[bool, Query()] = False,
-    cursor: Annotated[str | None, Query()] = None,
-) -> Response:
-    """The sweeps with state, progress and links to their pages, reports and cubes."""
-    front = store.sweeps.page_with_files(
-        text=q.strip(), state=SweepState(state) if state else None, owner=caller.name if own else None, cursor=cursor
-    )
-    found = front.sweeps
-    asked = {name: text for name, text in (("q", q), ("state", str(state)), ("own", "true" * own)) if text}
-    return page(
-        request,
-        "sweeps.html",
-        caller,
-        sweeps=[SweepModel.of(row, front.files[row.id]) for row in found.items],
-        older=urlencode({**asked, "cursor": found.next_cursor}) if found.next_cursor else None,
-        asked=asked,
-        states=list(SweepState),
-        queue=front,
-        events="/v1/queue/events",
-    )
 
 
 @dataclass(frozen=True)
@@ -118,40 +76,38 @@ async def show_chart(request: Request, shown: Annotated[ShownSweep, Depends(_sho
     return await drawn(request, shown.chart)
 
 
-async def _report(request: Request, shown: Annotated[ShownSweep, Depends(_shown)], store: AppStore) -> Stored | None:
-    """The report of a sweep, brought back from a bucket; None without one."""
-    if REPORT_JSON not in shown.files:
-        return None
-    _, report = await run_in_threadpool(store.sweeps.get_with_file, shown.status.id, REPORT_JSON)
-    if report is not None:
-        await bring_back(request, report)
-    return report
+@router.get("/sweeps/{id}/cover/{name}")
+def show_drawing(name: Literal[DRAWINGS], shown: CoverOfSweep) -> Response:  # type: ignore[valid-type]
+    """A drawing of a sweep's report: SVG."""
+    if shown is None or name not in shown.cover.drawings:
+        raise NotFound("drawing", name)
+    return as_svg(drawing(shown.file, name))
 
 
 @router.get("/sweeps/{id}")
 def show_sweep(
-    request: Request,
-    shown: Annotated[ShownSweep, Depends(_shown)],
-    report: Annotated[Stored | None, Depends(_report)],
-    caller: Reader,
-    artifacts: LocalArtifacts,
+    request: Request, shown: Annotated[ShownSweep, Depends(_shown)], cover: CoverOfSweep, caller: Reader
 ) -> Response:
-    """A sweep with its grid of runs, its report, and what the caller may do with it."""
+    """A sweep: the answer of its report with figure and picture, its grid of runs, and what the caller may do."""
     status, names = shown.status, shown.files
     sweep = SweepModel.of(status, names)
+    quantities = quantities_of(status.scenario)
+    is_drawn = cover is not None and bool(cover.cover.figure) and shown.quantity == quantities[0]
     return page(
         request,
         "sweep.html",
         caller,
         sweep=sweep,
-        headline=_headline(artifacts, report),
+        cover=cover.cover if cover else None,
+        drawings={name: cover.address(status, name) for name in DRAWINGS} if cover else {},
+        parts=parts_of(shown.document),
         orders=_orders(caller, status),
         document=shown.document,
         sheet=shown.sheet,
         cells=shown_cells(shown.cells, measurements.load(shown.quantity), status.scenario),
         quantity=measurements.load(shown.quantity),
-        quantities=[measurements.load(name) for name in quantities_of(status.scenario)],
-        chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
+        quantities=[measurements.load(name) for name in quantities],
+        chart="" if is_drawn else shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
         note=note.of_sweep(shown.document) if (note := note_on(shown.quantity)) else "",
         once=secrets.token_urlsafe(),
         may_add=bool(shown.sheet.dimensions) and caller.may(Scope.SUBMIT),
@@ -199,16 +155,3 @@ def carry_out(
     else:
         sweeps.retry_sweep(id, caller, store, settings, artifacts)
     return RedirectResponse(f"/sweeps/{id}", SEE_OTHER)
-
-
-def _headline(artifacts: Artifacts, report: Stored | None) -> str:
-    """The headline of a report; empty without a report, or in one of an early version."""
-    if report is None or not artifacts.may_be_shown(report):
-        return ""
-    return _headline_of(artifacts, report)
-
-
-@lru_cache(maxsize=256)
-def _headline_of(artifacts: Artifacts, report: Stored) -> str:
-    """The headline of a report, which has megabytes; its record has the digest of its content."""
-    return str(json.loads(artifacts.path(report).read_bytes()).get("headline", ""))

@@ -29,7 +29,9 @@ async function renew() {
     }
     sent.set(part.id, text);
     shown.set(part.id, text);
+    const ticked = new Set([...part.querySelectorAll("input:checked")].map((box) => box.value));
     part.replaceChildren(...now.childNodes);
+    part.querySelectorAll("input[type=checkbox]").forEach((box) => (box.checked = ticked.has(box.value)));
   }
   document.dispatchEvent(new Event("renewed"));
 }

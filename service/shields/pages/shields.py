@@ -10,17 +10,13 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
-from service.api.dependencies import in_child
-from service.pages.fields import field_of, placed
+from service.pages.answered import AnsweredForm
 from service.pages.page_routes import PageRoutes
+from service.pages.questions import AskedPage
 from service.pages.rendering import page
-from service.records.jobs import KEY_VARIABLE
-from service.shields.pages.answered import AnsweredForm, answered_form
 from service.shields.pages.notes import beside_held
-from studies import materials
 from studies.answers.question import shot_parameters
 from studies.quantities.display import printed_in, with_unit
-from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Value, declared
 from studies.shields.answered import PLATE
@@ -31,13 +27,6 @@ from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
-
-# The sheet has its styles inside, and runs and loads nothing.
-SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
-ALWAYS = (
-    *("speed", "obliquity", "projectile", "projectile_diameter", "bumper", "bumper_thickness", "stand_off", "wall"),
-    "wall_thickness",
-)
 
 SHOWN = 100  # shots on shields on one page
 # Columns of shots on shields, and those by which they are chosen.
@@ -56,47 +45,6 @@ def _example() -> Mapping[str, str]:
     return {name: str(value) for name, value in document.items()}
 
 
-def _fields(request: Request) -> Mapping[str, str]:
-    """The fields of a form in the address; without any, those of the shield that ships."""
-    known = shot_parameters()
-    given = {name: text.strip() for name, text in request.query_params.items() if name in known}
-    return {name: text for name, text in given.items() if text} or _example()
-
-
-ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
-
-
-async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AnsweredForm:
-    return await in_child(request, answered_form, fields)
-
-
-AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
-
-
-@router.get("/shields")
-def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
-    """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(parameter) for name, parameter in shot_parameters().items() if name not in PLATE}
-    return page(
-        request,
-        "service.shields.pages:shields.html",
-        caller,
-        first=[every[name] for name in ALWAYS],
-        others=[field for name, field in every.items() if name not in ALWAYS],
-        values=fields,
-        findings=placed(answer.findings, every),
-        answer=answer,
-        is_example=fields == _example(),
-        names=materials.names(),
-        shots=len(published().shots),
-        query=urlencode(fields),
-        simulation=_simulation(fields),
-        beside_held=beside_held(NO_FAILURE, FAST),
-        address=str(request.base_url).rstrip("/"),
-        key_variable=KEY_VARIABLE if caller.name else "",
-    )
-
-
 def _simulation(fields: Mapping[str, str]) -> str:
     """The address of the form that simulates a shield; empty for another target."""
     if "bumper" not in fields:
@@ -108,12 +56,36 @@ def _simulation(fields: Mapping[str, str]) -> str:
     return "/new/whipple_shield?" + urlencode(given)
 
 
+ALWAYS = (
+    *("speed", "obliquity", "projectile", "projectile_diameter", "bumper", "bumper_thickness", "stand_off", "wall"),
+    "wall_thickness",
+)
+ASKED = AskedPage(
+    path="/shields",
+    first=ALWAYS,
+    others=tuple(name for name in shot_parameters() if name not in (*ALWAYS, *PLATE)),
+    more="Further bumpers, cylinder, yield stress of the wall",
+    example=_example,
+    simulation=_simulation,
+)
+
+
+async def _answer(request: Request, _: Reader) -> AnsweredForm:
+    return await ASKED.answer(request)
+
+
+@router.get("/shields")
+def show_shield(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+    """The form of a shield, and what laws and shots say of it."""
+    content = ASKED.content(request, caller, answer)
+    shots, held = len(published().shots), beside_held(NO_FAILURE, FAST)
+    return page(request, "service.shields.pages:shields.html", caller, shots=shots, beside_held=held, **content)
+
+
 @router.get("/shields/sheet")
-def show_sheet(answer: AnswerToForm) -> Response:
+async def show_sheet(request: Request, _: Reader) -> Response:
     """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
-    if answer.findings:
-        raise InvalidInput(answer.findings)
-    return HTMLResponse(answer.sheet, headers={"Content-Security-Policy": SHEET_POLICY})
+    return await ASKED.sheet(request)
 
 
 @router.get("/shots/shields")

@@ -1,6 +1,8 @@
 """A figure as a drawing: its panels side by side or in rows, and the legend below them."""
 
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from textwrap import wrap
 
@@ -20,6 +22,7 @@ from studies.reports.figure import Figure, Panel, Scale, Series
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
 # The drawings with which a page opens, in the widths of its two columns and of a telephone, and their panels.
 OPENING = {"wide": (520.0, 2), "narrow": (WIDTHS["narrow"], 1)}
+SMALL = (126.0, 84.0)  # a thumbnail
 OF_LINES = 360.0  # width of a drawing of lines alone
 MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
 LEGEND_COLUMNS = 3  # at most
@@ -91,6 +94,26 @@ def opening(figure: Figure) -> Markup:
             as_svg(chart(figure, width, figure.panels[:count]), f"chart {kind}", figure.title, f"opening-{kind}")
             for kind, (width, count) in OPENING.items()
         )
+
+
+def thumbnail(figure: Figure) -> Markup:
+    """A drawing without words of the first panel, for lists."""
+    size = (0.0, 0.0, 1.0, 1.0)
+    with drawn_in_style():
+        drawing = map_chart(figure, SMALL[0], figure.panels[:1]) if figure.z else canvas(*SMALL)
+        if figure.z is None:
+            panel = figure.panels[0]
+            marks, axes = Marks(figure, styles_of(figure)), drawing.add_axes(size)
+            prepare(axes, figure, panel, marks.words, has_label=False)
+            for series in panel.series:
+                marks.draw(axes, replace(series, doubts=(), notes=(), outer=()))
+        else:
+            drawing.set_size_inches(SMALL[0] / 72.0, SMALL[1] / 72.0)
+            axes, bar = drawing.axes
+            axes.set(position=size, title="")
+            bar.remove()
+        axes.set(xlabel="", ylabel="", xticks=[], yticks=[])
+        return Markup(re.sub("<title>.*?</title>", "", as_svg(drawing, "chart", figure.title, "thumbnail")))
 
 
 def lines(title: str, x: Scale, y: Scale, series: Sequence[Series]) -> Markup:

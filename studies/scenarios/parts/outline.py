@@ -35,6 +35,11 @@ class Outline:
     shapes: tuple[Shape, ...]
     dimensions: tuple[Dimension, ...]
 
+    @property
+    def upward(self) -> float:
+        """The factor that lets the coordinate along the line of flight point down: -1 where a body flies against it."""
+        return -1.0 if any(shape.heading and shape.heading[1] < 0.0 for shape in self.shapes) else 1.0
+
 
 def number(values: Mapping[str, Plain], name: str) -> float:
     """A number among values by name; 0 where it is missing or no number."""

@@ -5,7 +5,9 @@ the margins of the equations the probability that the wall fails, and ``joined``
 ``answers`` has all of that for a designer's shield.
 """
 
-from studies.observations.tables import ShotTable
+from collections.abc import Sequence
+
+from studies.observations.tables import Point, ShotTable
 
 
 def _count() -> int:
@@ -14,10 +16,21 @@ def _count() -> int:
     return len(published().shots)
 
 
+def _points() -> tuple[str, Sequence[Point], Sequence[Point]]:
+    from studies.shields.shots.table import published
+
+    failed, held = (
+        [(shot.speed, shot.projectile_diameter) for shot in published().shots if shot.is_perforated is outcome]
+        for outcome in (True, False)
+    )
+    return "Diameter of the projectile against speed: filled where the wall failed", failed, held
+
+
 TABLE = ShotTable(
     "shields",
     "Spheres on Whipple shields of two aluminium walls, each with whether the wall was perforated, from the collection "
     "of Ryan and Schonberg (pyBLOSSUM).",
     "/shots/shields",
     _count,
+    _points,
 )

@@ -15,7 +15,7 @@ from service.client.connection import ServiceError, Unreachable
 from service.files.artifacts import digest
 from tests.claims.marked import Compared
 from tests.claims.rows import at_most, equal
-from tests.service.support.api import ALL_RUNS, FILES, Api, served
+from tests.service.support.api import ALL_RUNS, COVERS, FILES, Api, served
 from tests.service.support.command import run
 
 STATE = bytes(range(256)) * (32 << 12)  # 32 MiB, of each run
@@ -42,7 +42,7 @@ def test_archive__has_every_file_with_its_digest_and_is_never_in_memory(
     """The archive of a sweep has every file of it and of its runs, each with its registered digest, sent in pieces."""
     id = ended(api)
     runs = {point.run.id for point in api.store.sweeps.points(id).items}
-    published = {*FILES, *ALL_RUNS}
+    published = {*FILES, *ALL_RUNS, *COVERS}
     of_runs = {f"runs/{run}/{name}" for run in runs for name in ("result.json", "state.npz", "log.txt")}
     with served(api) as url, Client(url) as client:
         tracemalloc.start()

@@ -16,13 +16,14 @@ from service.pages.page_routes import head_links
 from service.records.jobs import GridCell, Keep, State
 from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
-from tests.service.support.api import Api
+from tests.service.support.api import SWEEP, Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
 
 SCRIPT, VIEWS = ('<script src="/static/live.js" defer>', '<script src="/static/view.js" defer>')
 
 
+ALUMINIUM = {**SWEEP["fixed"], "projectile": "al-6061-t6", "target": "al-6061-t6"}
 FIXED = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"}
 
 
@@ -49,20 +50,33 @@ class Links(HTMLParser):
 
 
 @pytest.mark.claim("pages", "links")
-@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}", "/runs/{run}", "/new", "/scenarios", "/laws", "/shots"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/docs",
+        "/sweeps/{id}",
+        "/runs/{run}",
+        "/new",
+        "/scenarios",
+        "/laws",
+        "/shots",
+        "/compare?sweep={id}&sweep={other}",
+    ],
+)
 def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) -> None:
     """Every link of a page leads to a page."""
-    id = api.submit()
+    id, other = api.submit(), api.submit(resolution=12)
     api.compute()
     run = api.store.sweeps.points(id).items[0].run.id
-    response = api.http.get(path.format(id=id, run=run))
+    response = api.http.get(path.format(id=id, run=run, other=other))
     assert response.headers["Content-Type"].startswith("text/html")
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT], [VIEWS])
     links = Links(response.text)
     seen_from_the_first = {address for address, _ in head_links()} if path != "/" else set()
     for address in set(links.addresses) - seen_from_the_first:
-        assert re.match(r"/(?!/)|#|\?|data:,$", address), address
+        assert re.match(r"/(?!/)|#|\?|data:(,$|image/svg)", address), address[:80]
         page, _, id = address.partition("#")
         if page.startswith("/"):
             assert api.http.get(page).status_code == 200, address
@@ -107,7 +121,56 @@ def test_sweeps__rows_link_to_pages_and_files_for_people(api: Api) -> None:
     rows = api.http.get("/").text.partition("<tbody>")[2]
     here = f"/v1/sweeps/{id}"
     files = [f"{here}/{name}" for name in ("report.html", "appendix.html", "cube.nc", "runs.csv")]
-    assert Links(rows).addresses == [f"/sweeps/{id}", *files]
+    thumbnail, *others = Links(rows).addresses
+    assert others == [f"/sweeps/{id}", *files]
+    drawn = api.http.get(thumbnail)
+    assert (drawn.headers["content-type"], "max-age" in drawn.headers["cache-control"]) == ("image/svg+xml", True)
+    assert "Use the law; simulation only." in rows
+    assert "speed 3 km/s, 6 km/s" in rows
+
+
+def test_sweeps__are_in_the_order_of_a_column_and_filtered_by_others(api: Api) -> None:
+    axes = {"speed": ["3 km/s", "4 km/s", "5 km/s"]}
+    ids = [api.submit(title="b"), api.submit(title="a", axes=axes), api.submit(title="c", fixed=ALUMINIUM)]
+    b, a, c = ids
+    for query, expected in {
+        "": [c, a, b],
+        "?up=true": [b, a, c],
+        "?order=title&up=true": [a, b, c],
+        "?order=runs&show=1": [a],
+        "?order=runs&show=1&first=1": [c],
+        "?order=materials&up=true": [c, a, b],
+        "?material=al-6061": [c],
+        "?scenario=thin_plate&material=copper": [a, b],
+        "?scenario=thick_plate": [],
+    }.items():
+        page = api.http.get(f"/{query}").text
+        assert re.findall(r'class="sweep"><a href="/sweeps/(\w+)"', page) == expected, query
+    assert 'aria-sort="ascending"' in api.http.get("/?order=title&up=true").text
+
+
+def test_sweeps__of_one_title_are_told_apart_by_their_requests(api: Api) -> None:
+    for resolution in (8, 12, 12):
+        api.submit(title="holes", resolution=resolution)
+    page = api.http.get("/").text
+    assert re.findall('class="apart">(resolution [0-9]+) ', page) == ["resolution 12", "resolution 12", "resolution 8"]
+    other = api.submit(title="alone")
+    assert f"<code>{other[:8]}</code>" not in api.http.get("/").text
+
+
+def test_comparison__sets_two_sweeps_beside_each_other(api: Api) -> None:
+    first, second = api.submit(), api.submit(axes={"speed": ["6 km/s", "7 km/s"]}, resolution=12, title="B")
+    api.compute()
+    page = api.http.get(f"/compare?sweep={first}&sweep={second}").text
+    differences = page.partition("In what they differ")[2].partition("What both measured")[0]
+    assert re.findall("<td>(.*?)</td>", differences) == ["3 km/s, 6 km/s", "6 km/s, 7 km/s", "8", "12"]
+    shared = page.partition("What both measured")[2]
+    assert re.findall(r'<th scope="row">(.*?)</th>', shared) == ["6 km/s"]
+    [chart] = [at for at in Links(page).addresses if "content=" in at]
+    words = [*ET.fromstring(api.http.get(chart).text).itertext()]
+    assert {"A", "B"} <= {*words}
+    refused = api.http.get(f"/compare?sweep={first}")
+    assert (refused.status_code, "tick two in the list" in refused.text) == (422, True)
 
 
 @pytest.mark.parametrize(

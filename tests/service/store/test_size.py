@@ -17,6 +17,7 @@ from fastapi.testclient import TestClient
 from service.api.app import build_app
 from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, State, Submission, SweepState
+from service.records.logbook import Wanted
 from service.settings import Settings
 from service.store import Store
 from service.store.submission import BATCH
@@ -125,11 +126,12 @@ def _counts(filled: Filled) -> object:
 
 
 Query = Callable[[Filled], object]
+YOUNGER = PARTS + 1  # sweeps: the large one, and those younger
 QUERIES: dict[str, Query] = {
     "sweeps": lambda f: f.store.sweeps.page(cursor=f.older),
     "sweeps of a state": lambda f: f.store.sweeps.page(cursor=f.older, state=SweepState.CANCELLED),
-    "sweeps with files": lambda f: f.store.sweeps.page_with_files(cursor=f.older),
-    "sweeps that are searched": lambda f: f.store.sweeps.page_with_files(text="perforation copper", cursor=f.older),
+    "sweeps with files": lambda f: f.store.sweeps.logbook(Wanted(first=YOUNGER)),
+    "sweeps that are searched": lambda f: f.store.sweeps.logbook(Wanted(text="perforation copper", first=YOUNGER)),
     "sweeps, a large one too": lambda f: f.store.sweeps.page(),
     "sweep": lambda f: f.store.sweeps.get(f.part),
     "sweep with files": lambda f: f.store.sweeps.get_with_files(f.part),

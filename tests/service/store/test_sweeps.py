@@ -19,6 +19,7 @@ from service.records.jobs import (
     Summary,
     SweepState,
 )
+from service.records.logbook import Wanted
 from service.store import Store
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
@@ -166,8 +167,8 @@ def test_search__finds_a_sweep_by_its_scenario_and_its_materials_in_two_statemen
     }
     store.sweeps.create(Submission(replace(sweep, document={**sweep.document, **document})))
     with statements(store) as sent:
-        page = store.sweeps.page_with_files(text=text)
-    assert bool(page.sweeps.items) is found
+        page = store.sweeps.logbook(Wanted(text=text))
+    assert bool(page.entries) is found
     assert len([each for each in sent if not each.startswith("BEGIN")]) <= 2
 
 

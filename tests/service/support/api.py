@@ -1,13 +1,16 @@
 """A service without engine for tests: real store, real interface, and results by hand."""
 
 import hashlib
+import json
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import uvicorn
 from fastapi.routing import APIRoute
@@ -22,6 +25,7 @@ from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
+from studies.reports.cover import ABOUT, DRAWINGS, Cover
 from tests.service.support.fakes import put_empty_store, wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
@@ -44,7 +48,23 @@ FILES = {
     "runs.csv": b"run_id\n",
     "report.json": b'{"report_version": 1, "title": "Copper plates", "headline": "Use the law; simulation only."}',
 }
+HEADLINE = "Use the law; simulation only."
+SVG = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
+
+
+def cover() -> bytes:
+    """The cover of a report with all of its drawings."""
+    content = BytesIO()
+    with ZipFile(content, "w") as archive:
+        about = Cover(HEADLINE, "Hole diameter against speed", "Laws are lines.", "speed 6 km/s", DRAWINGS)
+        archive.writestr(ABOUT, json.dumps(asdict(about)))
+        for name in DRAWINGS:
+            archive.writestr(name, SVG)
+    return content.getvalue()
+
+
 ALL_RUNS = {"runs-all.csv": b"run_id,solver_seconds [s]\n"}  # offered in place of runs.csv
+COVERS = {"cover.zip": cover()}  # what pages show
 
 
 def sweep_of(**changes: Any) -> dict[str, Any]:
@@ -140,7 +160,7 @@ class Api:
         while claims := self.store.leases.take(100, term):
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
-                    self.store.leases.publish(claim, self._files(claim.id), seconds=0.1)
+                    self.store.leases.publish(claim, self._files(claim.id), seconds=0.1, headline=HEADLINE)
                 elif failures > 0:
                     failures -= 1
                     arguments = "density = 3e4 at particle 17 of 'target'"
@@ -149,7 +169,7 @@ class Api:
                     self.store.leases.finish(claim, self.result(claim.id))
 
     def _files(self, name: str) -> list[Stored]:
-        return [self._stored(f"{name}/{file}", content) for file, content in {**FILES, **ALL_RUNS}.items()]
+        return [self._stored(f"{name}/{file}", content) for file, content in {**FILES, **ALL_RUNS, **COVERS}.items()]
 
     def result(self, name: str) -> Result:
         numbers: dict[str, Any] = {"hole_diameter": {"value": 0.0148, "uncertainty": None, "flags": []}}

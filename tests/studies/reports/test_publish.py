@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from studies.cubes.opening import whole_cube
-from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, APPENDIX_HTML, COVER, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.quantities.parameters import Plain
 from studies.reports import report
@@ -17,7 +17,7 @@ from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
 from tests.studies.support.printed import undrawn
 
-PUBLISHED = (*SWEEP_FILES, APPENDIX_HTML, ALL_RUNS_CSV)
+PUBLISHED = (*SWEEP_FILES, APPENDIX_HTML, ALL_RUNS_CSV, COVER)
 HOLES: dict[str, Plain] = {
     "name": "holes",
     "scenario": "thin_plate",

@@ -10,7 +10,7 @@ import pytest
 from solver.problem import Problem
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, impact_axis
 from solver.simulation import start
-from solver.state import Snapshot
+from solver.state import Particles, Snapshot
 from studies.sections.radiograph import Radiograph, radiograph
 from tests.solver.bodies import ABOUT_AXIS, DENSITY, FREE, SYMMETRIC, real_copper
 from tests.solver.bodies import block as block_of
@@ -60,3 +60,18 @@ def test_radiograph__of_a_ball_is_the_chord_through_it(taken: tuple[Radiograph, 
     chord = 2.0 * DENSITY * np.sqrt(np.maximum(RADIUS**2 - away**2, 0.0))
     np.testing.assert_allclose(shown.density[inside], chord[inside], rtol=0.08)
     assert shown.density[inside].mean() == pytest.approx(chord[inside].mean(), rel=0.01)
+
+
+def test_radiograph__of_stretched_matter_has_no_stripes() -> None:
+    """Rings of one radius that lie three pixels apart are grey between them, and keep their mass."""
+    problem, snapshot, whole = ball("axisymmetric")
+    position = snapshot.particles.position.copy()
+    position[:, 0], position[:, 1] = 4.0 * PIXEL, MIDDLE + 3.0 * PIXEL * (np.arange(len(position)) % 3 - 1.0)
+    few = slice(0, 3)
+    state = Particles(*(column[few] if isinstance(column, np.ndarray) else column for column in snapshot.particles))
+    shown = radiograph(
+        problem, snapshot._replace(particles=state._replace(position=position[few])), pixel=PIXEL, whole=whole
+    )
+    middle = round((MIDDLE - shown.origin) / PIXEL)
+    assert (shown.density[middle - 3 : middle + 3, 1] > 0.0).all()
+    assert 2.0 * shown.density.sum() * PIXEL**2 == pytest.approx(whole * state.mass.sum(), rel=0.01)

@@ -63,7 +63,7 @@ class Page(HTMLParser):
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Pages whose figures are empty: to draw them is nearly all that a page costs."""
-    with patch.multiple(charts, of_page=lambda *_: Markup(), opening=lambda *_: Markup()):
+    with patch.multiple(charts, **dict.fromkeys(("of_page", "opening", "thumbnail"), lambda *_: Markup())):
         yield
 
 

@@ -1,4 +1,4 @@
-"""The answer to the form of a shield, computed by a child process."""
+"""The answer to a form that asks laws and shots, computed by a child process."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ class AnsweredForm:
 
 def answered_form(fields: Mapping[str, str]) -> AnsweredForm:
     """The answer to the shot of a form, whose fields have one value each."""
-    from service.pages.images import as_images
     from studies.answers import answer, page, question
     from studies.reports.drawing.charts import of_page
+    from studies.reports.drawing.images import as_images
 
     try:
         asked = question.read_question(fields)

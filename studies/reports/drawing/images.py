@@ -13,15 +13,18 @@ from markupsafe import Markup
 
 # Canvases are those of browsers.
 LIGHT = "svg { --page: #fff; font-family: Helvetica, Arial, sans-serif } "
-LABELS = ".measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px }"
+LABELS = (
+    ".measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px } "
+    ".of-run .measured text { stroke: var(--c-ffffff, #fff) }"
+)
 
 
 @cache
-def _style() -> str:
+def picture_style() -> str:
     """The rules of a report's style sheet about its pictures, for the canvas of a browser."""
     sheet = files("studies.reports").joinpath("templates", "report.css").read_text(encoding="utf-8")
-    [dark] = re.findall(r"\.picture (\{ --c-[^}]*\})", sheet)
-    return LIGHT + f"@media (prefers-color-scheme: dark) {{ svg {dark} svg {{ --page: #121212 }} }} " + LABELS
+    dark = " ".join(f"svg{kind} {rule}" for kind, rule in re.findall(r"\.picture(\.of-run)? (\{ --c-[^}]*\})", sheet))
+    return LIGHT + f"@media (prefers-color-scheme: dark) {{ {dark} svg {{ --page: #16181c }} }} " + LABELS
 
 
 def as_image(drawing: Markup) -> str:
@@ -44,4 +47,4 @@ def as_files(drawings: Markup) -> Iterator[str]:
         assert size
         width, height = (float(number) / 0.75 for number in size.groups())
         text = inside.replace("<svg", f'<svg {names} width="{width:.0f}" height="{height:.0f}"', 1)
-        yield text.replace(">", f"><style>{_style()}</style>", 1)
+        yield text.replace(">", f"><style>{picture_style()}</style>", 1)
