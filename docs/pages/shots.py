@@ -102,6 +102,7 @@ def computed(
     import whipple
     from studies.cubes import reading
     from studies.cubes import variables as cubes
+    from studies.cubes.opening import whole_cube
     from studies.cubes.points import places_of, points_of
     from studies.reports.matched import matched_observations
 
@@ -109,28 +110,28 @@ def computed(
     wanted = all_shots if shots is None else shots
     yield from (_row(name, shot) for shot in wanted if shot.value is None)
     document = sweep_of(name, [shot for shot in wanted if shot.value is not None])
-    with whipple.open_cube(whipple.run_sweep(document, folder)) as cube:
-        points = points_of(cube.load())
-        places = places_of(points)
-        measured_with = json.loads(cube.attrs["measurement_versions"])
-        for quantity in dict.fromkeys(shot.quantity for shot in wanted):
-            present = measurements.load(quantity).version
-            if measured_with[quantity] != [present]:
-                raise ValueError(
-                    f"{folder}: {quantity} has version {measured_with[quantity]} in place of {present}; measure again "
-                    f"with 'whipple doctor --remeasure --data {folder}/.whipple', or use another directory"
-                )
-            for match in matched_observations(points, quantity):
-                shot = all_shots[match.observation]
-                if shot in wanted and shot.value is not None:
-                    flags = cubes.FLAGS.of(points, quantity)
-                    mask = int(flags.isel(run=places.index(dict(match.at))))
-                    words = [word for bit, word in reading.flag_meanings(flags) if mask & bit]
-                    yield _row(name, shot) | {
-                        "simulated": match.simulation,
-                        "numerical_uncertainty": match.simulation_uncertainty,
-                        "flags": words,
-                    }
+    cube = whole_cube(whipple.run_sweep(document, folder))
+    points = points_of(cube)
+    places = places_of(points)
+    measured_with = json.loads(cube.attrs["measurement_versions"])
+    for quantity in dict.fromkeys(shot.quantity for shot in wanted):
+        present = measurements.load(quantity).version
+        if measured_with[quantity] != [present]:
+            raise ValueError(
+                f"{folder}: {quantity} has version {measured_with[quantity]} in place of {present}; measure again "
+                f"with 'whipple doctor --remeasure --data {folder}/.whipple', or use another directory"
+            )
+        for match in matched_observations(points, quantity):
+            shot = all_shots[match.observation]
+            if shot in wanted and shot.value is not None:
+                flags = cubes.FLAGS.of(points, quantity)
+                mask = int(flags.isel(run=places.index(dict(match.at))))
+                words = [word for bit, word in reading.flag_meanings(flags) if mask & bit]
+                yield _row(name, shot) | {
+                    "simulated": match.simulation,
+                    "numerical_uncertainty": match.simulation_uncertainty,
+                    "flags": words,
+                }
 
 
 def _row(name: str, shot: observations.Observation) -> dict[str, Any]:

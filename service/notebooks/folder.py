@@ -61,7 +61,8 @@ class SweepFolder(PosixPath):
 
     def plot(self) -> "Figures":
         """The figures of the report."""
-        return self.open_cube().whipple.plot()
+        with self.open_cube() as cube:
+            return cube.whipple.plot()
 
     def film(self, run: str = "", field: str = "speed") -> Animation:
         """The film of a run, by default of the first one, of a sweep that kept films.

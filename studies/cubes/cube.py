@@ -268,11 +268,6 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
     if name in SYMBOLS and np.isfinite(diameters).any():
         yield declared.OVER_DIAMETER.filled(quantity), declared.VALUE.values(measured) / diameters, {}
-        if converged is not None:
-            by_point = diameters.reshape(layout.runs_of_points.shape)[..., 0]
-            lengths, errors = declared.CONVERGED.values(converged), declared.CONVERGED_UNCERTAINTY.values(converged)
-            yield declared.CONVERGED_OVER_DIAMETER.filled(quantity), lengths / by_point, {}
-            yield declared.CONVERGED_UNCERTAINTY_OVER_DIAMETER.filled(quantity), errors / by_point, {}
 
 
 def _error_bars(measured: np.ndarray, converged: np.ndarray | None) -> np.ndarray:

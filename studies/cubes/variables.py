@@ -378,22 +378,14 @@ OF_CONVERGENCE = (*NUMBERS_OF_CONVERGENCE, VERDICT, VERDICT_REASON)
 
 # ---- of a length over the diameter of the projectile: a record is the ratio ----------------------
 
-
-def _over_diameter(length: Variable) -> Variable:
-    return replace(
-        length,
-        name=length.name.replace("{quantity}", "{quantity}_over_projectile_diameter"),
-        meaning=f"{length.name} over equivalent_diameter, {{symbol}}",
-        pick=lambda ratio: ratio,
-        unit="1",
-        label=length.label.replace("{words}", "{symbol}"),
-        group=length.group or "quantities",
-    )
-
-
-OVER_DIAMETER = _over_diameter(VALUE)
-CONVERGED_OVER_DIAMETER = _over_diameter(CONVERGED)
-CONVERGED_UNCERTAINTY_OVER_DIAMETER = _over_diameter(CONVERGED_UNCERTAINTY)
+OVER_DIAMETER = Variable(
+    "{quantity}_over_projectile_diameter",
+    "{quantity} over equivalent_diameter, {symbol}",
+    lambda ratio: ratio,
+    RUNS,
+    "1",
+    label="{symbol}",
+)
 
 
 # ---- of a law: a record is a law with one of its variants, or its answer -------------------------

@@ -8,7 +8,6 @@ import io
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +24,6 @@ from studies.reports.report import report_of
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Drawing
 
 Asked = float | str
 OF_LAWS = "_laws"  # in the name of a figure that shows laws
@@ -48,21 +46,6 @@ class Figures:
     def names(self) -> list[str]:
         """Names of the figures."""
         return [figure.name for figure in self.figures]
-
-    def drawing(self, name: str = "") -> "Drawing":
-        """A figure as one of Matplotlib, by default the first; raises InvalidInput for an unknown name."""
-        from studies.reports.drawing.canvas import drawn_in_style
-        from studies.reports.drawing.charts import chart
-
-        with drawn_in_style():
-            return chart(self.figures[self.names.index(_known(name, self.names)) if name else 0])
-
-    def save(self, folder: str | Path, format: str = "png") -> list[Path]:
-        """Write each figure into a folder, as png, svg or pdf."""
-        from studies.reports.drawing.charts import draw
-
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        return [draw(figure, Path(folder) / f"{figure.name}.{format}") for figure in self.figures]
 
 
 @xr.register_datatree_accessor("whipple")
