@@ -6,16 +6,27 @@ from fastapi import APIRouter, Request, Response
 from pydantic import JsonValue
 
 from service.answers.reading import answered, answered_as_cube
-from service.answers.schemas import ANSWER, QUESTION, component_schemas
 from service.api.dependencies import PostedDocument, in_child
 from service.api.routes import Routes
 from service.api.schemas import COMPONENTS
 from studies.answers import examples
+from studies.answers.question import records
 from studies.quantities.parameters import Plain
 from studies.sweeps.document import read_yaml
+from studies.sweeps.schema import Schemas, definitions_of_shot
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
-ROUTES = Routes("answers", 61, guarded=(router,), components=component_schemas)
+QUESTION, ANSWER = "Question", "LawsAnswer"  # components of OpenAPI
+
+
+def _components() -> Schemas:
+    """The schemas of a question and of its answer."""
+    from service.answers.schemas import answer_schemas
+
+    return {**answer_schemas(ANSWER), **definitions_of_shot(QUESTION, records(), COMPONENTS)}
+
+
+ROUTES = Routes("answers", 61, guarded=(router,), components=_components)
 
 NETCDF = "application/x-netcdf"
 

@@ -6,13 +6,10 @@ from pydantic import BaseModel, Field, create_model
 from pydantic.json_schema import models_json_schema
 
 from service.api.schemas import COMPONENTS, Answer, LawModel
-from studies.answers.question import records
 from studies.answers.targets import AnsweredTarget, targets
 from studies.laws import RangeStatus
 from studies.quantities.parameters import Value
-from studies.sweeps.schema import Schemas, definitions_of_shot
-
-QUESTION, ANSWER = "Question", "LawsAnswer"  # components
+from studies.sweeps.schema import Schemas
 
 
 class LawAnswerModel(Answer):
@@ -83,18 +80,17 @@ class LawsAnswerModel(Answer):
     laws: dict[str, LawModel]
 
 
-def component_schemas() -> Schemas:
-    """The schemas of a question and of its answer."""
-    answer = models_json_schema([(answer_model(), "serialization")], ref_template=COMPONENTS + "{model}")[1]["$defs"]
-    return {**answer, **definitions_of_shot(QUESTION, records(), COMPONENTS)}
+def answer_schemas(name: str) -> Schemas:
+    """The schemas of an answer, the whole under a name."""
+    return models_json_schema([(answer_model(name), "serialization")], ref_template=COMPONENTS + "{model}")[1]["$defs"]
 
 
-def answer_model() -> type[BaseModel]:
+def answer_model(name: str = "LawsAnswer") -> type[BaseModel]:
     """The model of an answer, with what the targets add."""
-    added: dict[str, Any] = {name: (_added(target) | None, ...) for name, target in targets().items() if target.adds}
+    added: dict[str, Any] = {each: (_added(target) | None, ...) for each, target in targets().items() if target.adds}
     item: Any = create_model("ShotAnswerModel", __base__=ShotAnswerModel, __doc__=ShotAnswerModel.__doc__, **added)
     items: Any = (list[item], ...)
-    return create_model(ANSWER, __base__=LawsAnswerModel, __doc__=LawsAnswerModel.__doc__, items=items)
+    return create_model(name, __base__=LawsAnswerModel, __doc__=LawsAnswerModel.__doc__, items=items)
 
 
 def _added(target: AnsweredTarget) -> type[BaseModel]:
