@@ -2,9 +2,14 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from service.conversions.conversions import FileInputs, Maker, sources_of
 from service.records.jobs import VIEWS
+from studies.quantities.files import write_atomically
+
+if TYPE_CHECKING:
+    from studies.runs.run import RunSpec
 
 
 def _vtk(inputs: FileInputs, file: Path) -> None:
@@ -23,13 +28,18 @@ def _film(inputs: FileInputs, file: Path) -> None:
 
 
 def _view(inputs: FileInputs, file: Path) -> None:
-    from studies.films import views
-    from studies.films.packed import write
-    from studies.runs.run import Run
-
     _, view, _ = file.name.split(".")
     [source] = sources_of(inputs).values()
-    write(getattr(views, view)(Run.from_json(inputs["options"]["run"]), source), file)
+    write_atomically(file, lambda part: part.write_bytes(packed_view(view, source, inputs["options"]["run"])))
+
+
+def packed_view(view: str, source: Path, run: "RunSpec") -> bytes:
+    """A view of a run from one of its files, packed and compressed."""
+    from studies.films import views
+    from studies.films.packed import compressed
+    from studies.runs.run import Run
+
+    return compressed(getattr(views, view)(Run.from_json(run), source))
 
 
 MAKERS: Mapping[str, Maker] = {"vtk.zip": _vtk, "gif": _film, **{f"{view}.view": _view for view in VIEWS}}

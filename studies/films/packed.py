@@ -12,12 +12,10 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from studies.quantities.display import display_alone
-from studies.quantities.files import write_atomically
 from studies.quantities.parameters import Plain
 
 MOST_BYTES = 8 << 20  # of the arrays of a view, before compression
@@ -59,9 +57,9 @@ class View:
     note: str  # what was left out, and what a point stands for
 
 
-def write(view: View, file: Path) -> None:
-    """Write a packed view: whole, or not at all."""
-    write_atomically(file, lambda part: part.write_bytes(gzip.compress(packed(view), 6, mtime=0)))
+def compressed(view: View) -> bytes:
+    """A packed view as it is sent."""
+    return gzip.compress(packed(view), 6, mtime=0)
 
 
 def packed(view: View) -> bytes:

@@ -3,6 +3,7 @@
 import json
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,8 +25,9 @@ from studies.sections.watched import Watched
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
 LEAST_SHARE = 0.02
-# Windows after which a run usually settles: from 3.6 to 5.8 in 28 impacts of 2 to 7 km/s (2026-11).
-USUAL_WINDOWS = 4.8
+# Windows after which a run usually settles: from 3.4 to 5.8 in 29 impacts of 2 to 7 km/s (2026-11).
+USUAL_WINDOWS = 4.0
+RECENT = 0.1  # share of a run whose pace says how long the rest takes: steps grow longer, and matter leaves the grid
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.
 SETTLED_IN_CELLS = 0.25
@@ -65,8 +67,8 @@ class RunObserver:
     stages: list[tuple[Setting, int]] = field(default_factory=list)
     steps_before: int = 0  # of the stages that have ended
     last_view: Any = None
-    # Clock (s) and share of the run at the first observation of this process.
-    first: tuple[float, float] | None = None
+    # Clock (s) and share of the run at the last observations of this process.
+    recent: deque[tuple[float, float]] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
         self.begin(self.setting)
@@ -216,10 +218,11 @@ class RunObserver:
         )
 
     def _time_left(self, fraction: float) -> float | None:
-        """Seconds at the rate of this process, which may have resumed from a checkpoint; None until it has a rate."""
+        """Seconds at the present pace; None until it has one."""
         now = time.monotonic()
-        if self.first is None:
-            self.first = (now, fraction)
-        clock, begun = self.first
+        self.recent.append((now, fraction))
+        while len(self.recent) > 2 and fraction - self.recent[1][1] >= RECENT:
+            self.recent.popleft()
+        clock, begun = self.recent[0]
         done = fraction - begun
         return (now - clock) * (1.0 - fraction) / done if done > LEAST_SHARE else None

@@ -65,9 +65,10 @@ def radiograph(problem: Problem, snapshot: Snapshot, *, pixel: float, whole: flo
         else:
             _add_points(total, row, of_row[:, 1], share, pixel, points)
     offsets = _scattered(int(np.clip(MOST_SCATTERED / max(1, loose.sum()), *SCATTERED)))
+    ends = (origin, origin + shape[0] * pixel), (0.0, shape[1] * pixel)
     for along, beside in offsets:
-        row, inside = rows_of(place[loose, 1] + along * apart[loose])
-        radius = np.abs(place[loose, 0] + beside * apart[loose])[inside]
+        row, inside = rows_of(_within_ends(place[loose, 1], along * apart[loose], *ends[0]))
+        radius = _within_ends(place[loose, 0], beside * apart[loose], *ends[1])[inside]
         _add_rings(total, row, radius, mass[loose][inside] / len(offsets), pixel)
     return Radiograph(0.5 * total / pixel**2, origin, pixel)
 
@@ -80,6 +81,13 @@ def _apart(place: np.ndarray, width: float, pixel: float) -> np.ndarray:
     distance = cKDTree(place).query(place, k=count)[0][:, -1]
     # Of a lattice the nearest eight are within a diagonal.
     return np.where(distance > LATTICE * width, np.minimum(distance, WIDEST * pixel), 0.0)
+
+
+def _within_ends(place: np.ndarray, offset: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Places with their offsets, reflected where these lead out of the picture."""
+    is_out = (place + offset < low) | (place + offset >= high)
+    moved: np.ndarray = np.where(is_out, place - offset, place + offset)
+    return np.where((place >= low) & (place < high), np.clip(moved, low, np.nextafter(high, low)), moved)
 
 
 def _scattered(count: int) -> list[tuple[float, float]]:

@@ -35,7 +35,8 @@ def test_browser__compares_two_sweeps_by_keys_alone(tmp_path: Path, compared: Co
 
 def _compare_by_keys(page: Page, url: str, secret: str, where: str, compared: Compared) -> None:
     page.goto(f"{url}/?order=title")
-    page.keyboard.type(secret)  # the field has the focus
+    expect(page.get_by_label("API key")).to_be_focused(timeout=PATIENCE)
+    page.keyboard.insert_text(secret)
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Sweeps")).to_be_visible(timeout=PATIENCE)
     _look(page, f"{where}: list", compared)

@@ -165,10 +165,9 @@ async def show_now(request: Request, id: RunId, _: Reader, store: AppStore, arti
     file = await run_in_threadpool(_section_now, run, store, artifacts)
     if file is None:
         raise NotFound("picture", id)
-    measured = (run.progress or {}).get("measured") or {}
-    lengths = {name: value for name, value in measured.items() if value is not None}
     try:
-        return as_svg(await in_child(request, drawn_end, str(file), run.scenario, spec["parameters"], lengths))
+        # Without lengths, about which its frame would be drawn: a hole is small at first.
+        return as_svg(await in_child(request, drawn_end, str(file), run.scenario, spec["parameters"], {}))
     except OSError:  # the run has ended meanwhile
         raise NotFound("picture", id) from None
 

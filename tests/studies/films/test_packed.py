@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from studies.films import views
-from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
+from studies.films.packed import (
+    LEVELS,
+    MOST_BYTES,
+    MOST_FRAMES,
+    STEPS,
+    UNKNOWN,
+    FrameOfPoints,
+    View,
+    compressed,
+    packed,
+)
 from studies.runs.remeasure import load_state
 from tests.samples import needs
 from tests.studies.runs.solved import asked, solved
@@ -43,7 +53,7 @@ def view_of(count: int, frames: int = 1, note: str = "") -> View:
 
 def test_packed__is_what_went_in(tmp_path: Path) -> None:
     view = view_of(500, frames=3)
-    write(view, tmp_path / "view.gz")
+    (tmp_path / "view.gz").write_bytes(compressed(view))
     text, position, body, levels = unpacked(gzip.decompress((tmp_path / "view.gz").read_bytes()))
     assert (text["counts"], text["times"]) == ([500] * 3, [0.0, 1e-6, 2e-6])
     assert position == pytest.approx(np.concatenate([frame.position for frame in view.frames]).T, abs=1.0 / STEPS)
