@@ -14,7 +14,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "whipple": (),
     "service.client.client": ("SweepHandle",),
     "service.notebooks.folder": ("SweepFolder",),
-    "studies.notebooks.figures": ("CubeFigures", "Figures"),
+    "studies.notebooks.figures": ("CubeAccessor", "Figures"),
     "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Law", "LawValue", "Reason", "in_words"),
     "studies.shields.shield": ("Shield", "FurtherBumper", "ShotAtShield"),
     "studies.answers.question": ("read_question", "Question", "ShotParameters"),

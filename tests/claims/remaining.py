@@ -42,7 +42,7 @@ def listed() -> str:
 def computed() -> str:
     """A sweep of two runs, with its cube and report."""
     folder = whipple.run_sweep(SWEEP, "small")
-    cube = whipple.open_cube(Path(folder) / "cube.nc")
+    cube = whipple.open_cube(Path(folder) / "cube.nc").to_dataset()
     assert cube["run_state"].values.tolist() == [0, 0]
     sections = json.loads((Path(folder) / "report.json").read_text(encoding="utf-8"))
     diameters = cube["hole_diameter"].values.tolist()

@@ -32,10 +32,8 @@ def of_scenario(name: str) -> tuple[Sweep, dict[str, RunResult]]:
     varied = [key for key, value in fixed.items() if isinstance(value, float) and key != "cells_per_diameter"]
     axis = varied[0] if varied else "courant"
     value = fixed.pop(axis, 0.4)
-    sweep = Sweep(
-        **{"name": name, "title": name, "scenario": name, "combine": "grid", "fixed": fixed, "resolutions": ()},
-        axes=(Axis(axis, parameters[axis].unit, (value, 1.25 * value)),),
-    )
+    values = Axis(axis, parameters[axis].unit, (value, 1.25 * value))
+    sweep = Sweep(name=name, title=name, scenario=name, fixed=fixed, axes=(values,), combine="grid", resolutions=())
     return sweep, {point.run.id: measured(point.run.id, name) for point in sweep.runs()}
 
 
