@@ -19,7 +19,7 @@ SWEEP = {
     "scenario": "thin_plate",
     "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
     "axes": {"speed": ["4 km/s", "5 km/s", "6 km/s"], "plate_thickness": ["2 mm", "3 mm"]},
-    "resolution": 16,  # a second each, so that cells fill one after the other
+    "resolution": 32,  # seconds each, so that cells fill one after the other
 }
 ENDLESS = {**SWEEP, "name": "endless", "title": "To be cancelled", "resolution": 64}
 # Pixels of a canvas that are drawn, as text: two that differ are two pictures.
@@ -71,6 +71,7 @@ def _watch(browser: Browser, service: Service, compared: Compared) -> None:
         page.get_by_role("searchbox").fill("watched")
         page.keyboard.press("Enter")
         page.get_by_role("link", name=str(SWEEP["title"])).click()
+        expect(page.locator(".cells")).to_be_visible()
         waiting = page.locator(".cells td:not(.succeeded) a")
         seen = set()
         while left := waiting.count():
