@@ -13,7 +13,7 @@ from studies.sweeps.schema import Schemas
 
 
 class LawAnswerModel(Answer):
-    """What a law says of a shot, SI."""
+    """The value of a law for a shot, in SI units, with its range."""
 
     law: str = Field(description="Its name, under which `laws` has the rest")
     value: float | None = Field(description="Null where the law means nothing: see `outside`")

@@ -42,7 +42,7 @@ class SharedPoint:
     place: Mapping[str, str]  # values of the axes that both vary, in words
     texts: tuple[str, str]  # with their error bars, in the unit that people read
     runs: tuple[str, str]  # ids
-    difference: str  # of the second from the first
+    difference: str  # second value less first, in per cent of the first, or "another outcome"
 
 
 def shared_quantities(pair: Sequence[ComparedSweep]) -> list[str]:

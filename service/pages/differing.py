@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from studies.quantities.parameters import Plain
 
-NAMED = ("title", "name", "scenario")  # what a document says beside its request
+NAMED = ("title", "name", "scenario")  # keys of a document that name it and ask for nothing
 LONGEST = 60  # characters of a part in words
 FEW = 3  # parts that tell sweeps of one title apart
 NONE = "–"

@@ -30,7 +30,7 @@ from studies.quantities.display import display_of, duration
 
 ONCE = "once"  # field with a random value of the page, by which a form that is sent twice is known
 LONGEST_TEXT = 200  # characters of what is searched for
-MOST_PLACE = 10**6  # of a row in a query
+MOST_PLACE = 10**6  # largest number of a first row that a query may name
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
 KEPT_SECONDS = 86400  # by a browser: the address of a chart names its content
 UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'

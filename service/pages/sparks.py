@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from studies import measurements
 from studies.quantities.parameters import Plain
 
-WIDTH, HEIGHT, MARGIN = 120.0, 60.0, 4.0  # of the box
+WIDTH, HEIGHT, MARGIN = 120.0, 60.0, 4.0  # size of the drawing and its empty rim, in units of its view box
 FEWEST, MOST_POINTS = 3, 200  # more are left out, evenly
 SPEED = re.compile(r"speed \[.*\]")
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")

@@ -8,6 +8,8 @@ import pytest
 from docs.pages.debris_shots import material_of
 from solver.simulation import simulate
 from studies.debris.cloud import CloudView, exceeded, view
+from studies.debris.setting import CloudSetting
+from studies.quantities.parameters import Plain
 from studies.runs.run import resolve
 from tests.claims.rows import Row, at_least, at_most, reported
 
@@ -15,7 +17,7 @@ from tests.claims.rows import Row, at_least, at_most, reported
 # 4-1351 or 4-1352, 6.6 km/s. Measured on it, by the size of the sphere, m. Neither its time nor the areal mass that
 # makes an edge is stated: the front gives the time, and an edge lies where little of the mass is left.
 FRONT, WIDTH, LIPS = 45.8e-3, 42.3e-3, 20.8e-3
-SHOT = {
+SHOT: dict[str, Plain] = {
     **{"projectile": "al-2017-t4", "target": "al-6061-t6", "projectile_diameter": 9.53e-3, "plate_thickness": 2.2e-3},
     **{"speed": 6.6e3, "cells_per_diameter": 48, "failure": "void-growth"},
 }
@@ -30,6 +32,7 @@ def cloud_of(tension: str) -> CloudView:
     materials = {role: material_of(str(SHOT[role])) for role in ("projectile", "target")}
     run = resolve("debris_cloud", {**SHOT, "tension": tension, "end_time": ENOUGH}, materials)
     setting = run.set_up.build(run.materials)
+    assert isinstance(setting, CloudSetting)
     return view(setting, simulate(setting.problem).snapshot)
 
 

@@ -86,6 +86,7 @@ def show_comparison(
         chart=chart,
         differences=[*differences([sweep.document for sweep in pair.sweeps])],
         points=points,
+        most=MOST_CELLS if any(status.planned > MOST_CELLS for status in pair.statuses) else None,
     )
 
 
