@@ -58,7 +58,7 @@ class CubeAccessor:
     def sel(self, **at: Asked | list[Asked] | slice) -> xr.DataTree:
         """The cube at values of its axes, with their units: ``sel(speed="6 km/s")``; a number is in SI.
 
-        A list, a slice with both ends, or an axis along ``run`` keeps the dimension. Raises InvalidInput for another
+        A list, a slice, or an axis along ``run`` keeps the dimension. Raises InvalidInput for another
         axis, and for a value that the axis does not have.
         """
         whole = joined(self._cube)
@@ -67,7 +67,8 @@ class CubeAccessor:
             axis = whole[_known(name, axes_of(whole), "axis")]
             values = [plain(value) for value in axis.values]
             if isinstance(asked, slice):
-                low, high = (_in_si(axis, end) for end in (asked.start, asked.stop))
+                low = min(values) if asked.start is None else _in_si(axis, asked.start)
+                high = max(values) if asked.stop is None else _in_si(axis, asked.stop)
                 found = [place for place, value in enumerate(values) if low <= value <= high]  # type: ignore[operator]
             else:
                 every = asked if isinstance(asked, list) else [asked]

@@ -68,6 +68,7 @@ def test_cube__is_selected_by_values_with_units_and_its_table_has_words(folder: 
         part = cube.whipple.sel(speed=["3 km/s", 4e3], plate_thickness="2 mm")
         assert dict(part["laws"].hole_diameter_by_law.sizes) == {"speed": 2, "hole_diameter_law": 7}
         assert part.whipple.sel(speed=slice("3.5 km/s", "9 km/s")).speed.values.tolist() == [4e3]
+        assert part.whipple.sel(speed=slice("3.5 km/s", None)).speed.values.tolist() == [4e3]
         with pytest.raises(InvalidInput, match="2 km/s, 3 km/s"):
             cube.whipple.sel(speed="3.5 km/s")
         with pytest.raises(InvalidInput, match="did you mean 'plate_thickness'"):
