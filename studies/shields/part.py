@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Literal
 
 from studies.cubes.points import Place, axes_of, refinements_of
@@ -92,16 +93,12 @@ def _opening_run(rows: Sequence[ShieldLimit]) -> ShieldOpening | None:
         if len(limit.runs) != 1 or chance is None:
             return None
         ranked.append((chance.value, limit))
-    (_, safest), (_, limit) = min(ranked, key=_chance), max(ranked, key=_chance)
+    (_, safest), (_, limit) = min(ranked, key=itemgetter(0)), max(ranked, key=itemgetter(0))
     [run] = limit.runs
     outcomes = {row.runs[0].perforated for row in rows if _shot(row) == _shot(limit)}
     said = SAID[outcomes.pop()] if len(outcomes) == 1 else "disagree"
     least = (safest, safest.runs[0]) if _shot(safest) != _shot(limit) else None
     return ShieldOpening(limit, _told(rows), run.diameter, run, least, said)
-
-
-def _chance(ranked: tuple[float, ShieldLimit]) -> float:
-    return ranked[0]
 
 
 def _shot(limit: ShieldLimit) -> tuple[float, Place]:
