@@ -110,7 +110,7 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, or the heats to the solidus and on to "
         "the liquidus, in part where it is in between; never melts, no latent heat or Lindemann reference where a "
         "material does not have those constants",
-        version=3,
+        version=4,
         definition=read,
     )
 
