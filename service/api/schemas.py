@@ -192,7 +192,7 @@ class QueueModel(Answer):
     paused: datetime | None = Field(description="Start of the pause; null: not paused")
     blocked_reason: str | None = Field(description="Why no run starts although runs are queued")
     deletion_paused: str | None = Field(description="Why nothing is deleted by age: the clock has jumped")
-    counts: dict[str, int] = Field(description="Runs and publications by state")
+    counts: dict[str, int] = Field(description="Runs and publications by state, but for those that succeeded")
     oldest_queued: datetime | None = Field(description="When the longest waiting run was queued")
     leader: str | None = Field(description="Process that assigns the work; null: no process leads")
     links: dict[str, str]

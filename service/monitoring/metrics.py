@@ -31,7 +31,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service import version
 from service.api.middleware import method_of, route_of
 from service.api.readiness import ReadinessCheck
-from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, RunTally, State, StoreUnavailable
+from service.records.jobs import RUN_SECONDS, RUN_STATES, UNSUCCESSFUL, Cause, Kind, RunTally, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 
@@ -120,10 +120,10 @@ class _ServiceMetrics(Collector):
             return
         is_blocked = is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)
         yield from _state_of_store(is_up=not is_refused, is_blocked=is_blocked)
-        runs = [(state, queue.jobs.get((Kind.RUN, state), 0)) for state in RUN_STATES]
-        yield _gauges("runs", "Runs by state.", ["state"], runs)
-        publications = [(state, queue.jobs.get((Kind.PUBLISH, state), 0)) for state in State]
-        yield _gauges("publications", "Publications of sweeps by state.", ["state"], publications)
+        runs = [(state, queue.jobs.get((Kind.RUN, state), 0)) for state in RUN_STATES if state in UNSUCCESSFUL]
+        yield _gauges("runs", "Runs by state, but for those that succeeded.", ["state"], runs)
+        publications = [(state, queue.jobs.get((Kind.PUBLISH, state), 0)) for state in UNSUCCESSFUL]
+        yield _gauges("publications", "Publications by state, but for those that succeeded.", ["state"], publications)
         yield _gauges("owner_runs", "Unfinished runs by owner.", ["owner", "state"], owned)
         # A clock that was set back is before the moment at which the run was queued.
         age = 0.0 if queue.oldest_queued is None else max(0.0, time.time() - queue.oldest_queued.timestamp())

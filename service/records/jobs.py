@@ -111,6 +111,7 @@ class Scope(StrEnum):
 
 TERMINAL = frozenset({State.SUCCEEDED, State.FAILED, State.CANCELLED})
 ACTIVE = frozenset(State) - TERMINAL
+UNSUCCESSFUL = tuple(state for state in State if state is not State.SUCCEEDED)  # which the queue counts
 RUN_STATES = tuple(state for state in State if state is not State.WAITING)
 SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
 
@@ -524,13 +525,13 @@ class QueueHead:
 class QueueRow(QueueHead):
     """The queue as a whole at one moment."""
 
-    jobs: Mapping[tuple[Kind, State], int]  # of each kind in each state
+    jobs: Mapping[tuple[Kind, State], int]  # of each kind in each state but "succeeded"
     oldest_queued: datetime | None  # since when the run that waits longest is in the queue
 
     @property
     def states(self) -> Mapping[State, int]:
-        """Jobs in each state, publications included."""
-        return {state: sum(self.jobs.get((kind, state), 0) for kind in Kind) for state in State}
+        """Jobs in each state but "succeeded", publications included."""
+        return {state: sum(self.jobs.get((kind, state), 0) for kind in Kind) for state in UNSUCCESSFUL}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import Cause, Kind, QueueHead, QueueRow, RunTally, State
+from service.records.jobs import UNSUCCESSFUL, Cause, Kind, QueueHead, QueueRow, RunTally, State
 from service.store import leadership
 from service.store.connection import Database
 from service.store.events import log_event
@@ -51,12 +51,13 @@ class Queue:
             connection.execute(note)
 
     def status(self) -> QueueRow:
-        """The queue at this moment: with 120 000 jobs 10 ms (2026-11)."""
+        """The queue at this moment; what succeeded costs nothing, however much it is."""
         groups = (JOBS.c.kind, JOBS.c.state)
         oldest = sa.select(sa.func.min(JOBS.c.queued)).where(IS_ACTIVE, IS_QUEUED, _IS_RUN).correlate(None)
         counts = sa.select(*groups, sa.func.count().label("jobs"), oldest.scalar_subquery().label("oldest"))
+        counts = counts.where(JOBS.c.state.in_([literal(state) for state in UNSUCCESSFUL])).group_by(*groups)
         with self._database.reading() as connection:
-            head, rows = self._head(connection), connection.execute(counts.group_by(*groups)).all()
+            head, rows = self._head(connection), connection.execute(counts).all()
         jobs = {(Kind(row.kind), State(row.state)): row.jobs for row in rows}
         return QueueRow(**vars(head), jobs=jobs, oldest_queued=rows[0].oldest if rows else None)
 
