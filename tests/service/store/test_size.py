@@ -274,7 +274,12 @@ def test_query__takes_at_most_three_statements_that_read_through_an_index(filled
     assert len(asked) <= PAGE
     reads = [read for plan in asked for read in whole_reads(plan)]
     assert [line for name, line in reads if name not in WHOLE.get(query, ())] == []
-    assert reads or query != "last event"  # which shows that whole reads are seen
+
+
+def test_read_of_all_jobs__is_seen_in_its_plan(filled: Filled) -> None:
+    with plans(filled.store) as asked:
+        filled.store.database.rows(sa.select(sa.func.sum(JOBS.c.bytes)))
+    assert [name for plan in asked for name, _line in whole_reads(plan)] == ["jobs"]
 
 
 def test_lease__is_read_through_its_index_in_its_order(filled: Filled) -> None:
