@@ -22,7 +22,7 @@ from studies import materials
 from studies.materials import Material
 from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import DEFAULT_FAILURE
-from studies.runs.run import Run, resolve
+from studies.runs.run import Run, estimate, resolve
 from studies.shields.shots.drawn import Simulated
 from studies.shields.shots.joined import THROUGH_WALL, cells_across
 from studies.shields.shots.judged import ALL, RANGES, Judged, equations, judge
@@ -95,6 +95,7 @@ def run_of(shot: ShieldShot, seed: int) -> Run:
             "failure": DEFAULT_FAILURE,
             "tension": "opening",
             "pieces_seed": seed,
+            "stop": "decided",  # a window after the wall has a hole
         },
         {role: material_of(str(name)) for role, name in names.items()},
     )
@@ -117,10 +118,10 @@ def material_of(name: str) -> Material:
 
 
 def compute(directory: Path | None = None) -> None:
-    """Compute the runs that are not stored yet, shot by shot."""
+    """Compute the runs that are not stored yet, the cheapest first."""
     rows = list(stored())
     known = {(row["shot"], row["seed"]) for row in rows}
-    missing = [place for place in product(asked(), SEEDS) if place not in known]
+    missing = sorted((place for place in product(asked(), SEEDS) if place not in known), key=lambda place: cost(*place))
     with (
         tempfile.TemporaryDirectory() as temporary,
         ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
@@ -130,6 +131,14 @@ def compute(directory: Path | None = None) -> None:
             rows.append(computing.result())
             rows.sort(key=lambda row: (list(asked()).index(row["shot"]), row["seed"]))
             keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": rows}, STORED)
+
+
+def cost(name: str, seed: int) -> float:
+    """Core seconds of the run of a shot with a seed, as estimated; 0 where it is refused."""
+    try:
+        return estimate(run_of(asked()[name], seed)).core_seconds
+    except InvalidInput:
+        return 0.0
 
 
 def stored() -> Sequence[Mapping[str, Any]]:

@@ -84,7 +84,7 @@ class RunObserver:
         self.stages.append((setting, len(self.readings)))
 
     def __call__(self, snapshot: Snapshot) -> str | None:
-        """Observe a state; returns "settled" when the run may end."""
+        """Observe a state; returns "settled" or "decided" when the run may end."""
         view = self.last_view = self.parameters.view(self.setting, snapshot)
         self.times.append(snapshot.time)
         self.readings.append({m.name: m.read(view) for m in self.of_a_state})
@@ -95,10 +95,20 @@ class RunObserver:
                 self.watched.see(self.sections, snapshot)
         if self.report:
             self.report(self._progress(snapshot))
-        settled = self.rate.early and all(map(self._settled, self._of_stage(self.setting)))
-        if self.film and (settled or snapshot.time >= self.setting.problem.end_time):
+        stop = self._stop()
+        if self.film and (stop or snapshot.time >= self.setting.problem.end_time):
             self.film.add(snapshot)
-        return "settled" if settled else None
+        return stop
+
+    def _stop(self) -> str | None:
+        names = self._of_stage(self.setting)
+        if self.rate.decided and any(map(self._is_decided, names)):
+            return "decided"
+        return "settled" if self.rate.early and all(map(self._settled, names)) else None
+
+    def _is_decided(self, name: str) -> bool:
+        """Whether an outcome, which nothing undoes, has been 1 for a window."""
+        return measurements.load(name).is_outcome and self.readings[-1][name].value == 1.0 and self.growth(name) == 0.0
 
     def as_text(self) -> str:
         """All readings so far; ``restore`` gives them back, bit for bit."""

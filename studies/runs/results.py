@@ -65,7 +65,7 @@ class RunResult:
     measurements: Mapping[str, Measured] = field(default_factory=dict)
     flags: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
-    stop: str = ""  # "settled", "end_time"
+    stop: str = ""  # "settled", "decided", "end_time"
     # Of the whole bodies, not of a sector: "time" (s), names of the "bodies", and lists over time, by body or alone.
     histories: Mapping[str, Any] = field(default_factory=dict)
     # By name (studies.measurements.distributions).

@@ -50,11 +50,13 @@ class ObservationRate:
     window: float = math.inf  # s over which growth is judged; without one, it is not
     growth: float = 0.0  # relative, within a window, below which a measurement has settled
     early: bool = False  # whether the run ends once all that must settle has settled
+    decided: bool = False  # whether it ends as well once an outcome has been 1 for a window
 
     @staticmethod
     def settling(window: float, *, growth: float, stop: str) -> "ObservationRate":
-        """Several observations in a window (s) over which growth is judged; a run may ``stop`` "settled"."""
-        return ObservationRate(window / OBSERVATIONS_PER_WINDOW, window, growth, early=stop == "settled")
+        """Several observations in a window (s) over which growth is judged; ``stop`` says when a run ends."""
+        interval = window / OBSERVATIONS_PER_WINDOW
+        return ObservationRate(interval, window, growth, early=stop != "end_time", decided=stop == "decided")
 
 
 StageSetting = TypeVar("StageSetting", bound=Setting)

@@ -12,7 +12,7 @@ from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, TargetSetUp, outline
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
+from studies.scenarios.parts.shot import Angles, Growing, ImpactShot
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %
@@ -38,7 +38,7 @@ class ThickPlate(TargetSetUp):
     )
 
     shot: ImpactShot
-    settling: Settling
+    settling: Growing
     angles: Angles
     target_depth: Annotated[Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)] = (
         None

@@ -12,7 +12,7 @@ from studies.scenarios import Materials, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, TargetSetUp, outline
 from studies.scenarios.parts.method import ParticleMethod
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import Angles, ImpactShot, Plate, Settling
+from studies.scenarios.parts.shot import Angles, Growing, ImpactShot, Plate
 
 # The cap scales with the diameter, as everything does in a rate-independent material. 60 us at 8 mm: prototypes of
 # copper plates crept for 30 us and longer on coarse grids.
@@ -26,7 +26,7 @@ class ThinPlate(TargetSetUp):
     experienced = MappingProxyType({name: name for name in ("hole_diameter", "hole_diameter_areal")})
 
     shot: ImpactShot
-    settling: Settling
+    settling: Growing
     angles: Angles
     plate: Plate
     method: ParticleMethod

@@ -136,10 +136,14 @@ class ImpactShot(Shot):
 
 @dataclass(frozen=True, kw_only=True)
 class Settling:
-    """When an impact ends because what is measured has settled."""
+    """When an impact ends because what is measured has settled, or is decided."""
 
     stop: Annotated[
-        Literal["settled", "end_time"], Described("end when the measurement has settled, or only at end_time")
+        Literal["settled", "decided", "end_time"],
+        Described(
+            "end when the measurement has settled; decided: as well once the wall has had a hole for settled_window, "
+            "which is all that a search for its limit asks; or only at end_time"
+        ),
     ] = "settled"
     settled_growth: Annotated[
         Dimensionless, Described("relative growth within settled_window that counts as settled", 0.0, 0.5)
@@ -175,6 +179,15 @@ class Settling:
         """The rate at which growth is judged."""
         assert self.settled_window is not None
         return ObservationRate.settling(self.settled_window, growth=self.settled_growth, stop=self.stop)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Growing(Settling):
+    """The same of an impact that has no outcome, whose measurement grows until it has settled."""
+
+    stop: Annotated[
+        Literal["settled", "end_time"], Described("end when the measurement has settled, or only at end_time")
+    ] = "settled"
 
 
 @dataclass(frozen=True, kw_only=True)
