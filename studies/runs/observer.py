@@ -95,12 +95,13 @@ class RunObserver:
                 self.watched.see(self.sections, snapshot)
         if self.report:
             self.report(self._progress(snapshot))
-        stop = self._stop()
+        stop = self.stop_reason()
         if self.film and (stop or snapshot.time >= self.setting.problem.end_time):
             self.film.add(snapshot)
         return stop
 
-    def _stop(self) -> str | None:
+    def stop_reason(self) -> str | None:
+        """Why the run may end after its last reading; None where it goes on."""
         names = self._of_stage(self.setting)
         if self.rate.decided and any(map(self._is_decided, names)):
             return "decided"

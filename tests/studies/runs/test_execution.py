@@ -226,6 +226,33 @@ def watched(
 STEADY = [math.nan] * 5 + [14.0] + [15.0] * 5  # two windows, of which the last begins at 14
 
 
+HOLE = [0.0] * 5 + [1.0] * 6  # a window of a hole at the end
+
+
+@pytest.mark.parametrize(
+    ("history", "stop", "reason"),
+    [
+        (HOLE, "decided", "decided"),
+        (HOLE[:-1], "decided", None),
+        ([*HOLE[:-2], 0.0, 1.0], "decided", None),
+        (HOLE, "settled", None),
+    ],
+)
+def test_run__is_decided_once_a_wall_has_had_a_hole_for_a_window(
+    history: Sequence[float], stop: str, reason: str | None
+) -> None:
+    observer = observer_of(small("whipple_shield", stop=stop))
+    observer.setting = dataclasses.replace(observer.setting, settles=("wall_perforated", "wall_bulge"))
+    observer.stages = [(observer.setting, 0)]
+    observer.times = [observer.rate.interval * count for count in range(len(history))]
+    bulges = [Reading(1e-3 * count, {}, ()) for count in range(len(history))]  # that still grow
+    observer.readings = [
+        {"wall_perforated": Reading(hole, {}, ()), "wall_bulge": bulge}
+        for hole, bulge in zip(history, bulges, strict=True)
+    ]
+    assert observer.stop_reason() == reason
+
+
 def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertainty() -> None:
     """A dent in the history counts although both of its ends are level."""
     observer = watched([*STEADY, 15.0, 15.3, 15.0, 15.0])
