@@ -108,7 +108,7 @@ class RunObserver:
         return "settled" if self.rate.early and all(map(self._settled, names)) else None
 
     def _is_decided(self, name: str) -> bool:
-        """Whether an outcome, which nothing undoes, has been 1 for a window."""
+        """Whether an outcome has been 1 for a window: matter that moves may close a hole of one column again."""
         return measurements.load(name).is_outcome and self.readings[-1][name].value == 1.0 and self.growth(name) == 0.0
 
     def as_text(self) -> str:

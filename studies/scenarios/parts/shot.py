@@ -136,7 +136,7 @@ class ImpactShot(Shot):
 
 @dataclass(frozen=True, kw_only=True)
 class Settling:
-    """When an impact ends because what is measured has settled, or is decided."""
+    """When an impact ends: once what is measured has settled, or its outcome is decided."""
 
     stop: Annotated[
         Literal["settled", "decided", "end_time"],
@@ -183,7 +183,7 @@ class Settling:
 
 @dataclass(frozen=True, kw_only=True)
 class Growing(Settling):
-    """The same of an impact that has no outcome, whose measurement grows until it has settled."""
+    """When an impact on a plate or a block ends: these have no outcome that decides them."""
 
     stop: Annotated[
         Literal["settled", "end_time"], Described("end when the measurement has settled, or only at end_time")
