@@ -38,8 +38,6 @@ arm()
 run_sweep(sys.argv[1], sys.argv[2])
 """
 
-pytestmark = pytest.mark.slow
-
 
 @dataclass
 class FaultSite:

@@ -36,8 +36,6 @@ TIMES = 7  # each figure is the middle one of so many
 SUBMISSION, METRICS, LISTING = 0.3, 0.1, 2.0  # s
 IDLE, IDLE_SECONDS = 0.02, 30.0  # of a core, over so many seconds
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.claim("mend", "history", minutes=4.0)
 def test_service__with_much_history_costs_what_a_new_one_does(tmp_path: Path, compared: Compared) -> None:

@@ -43,7 +43,6 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return new_environment(cloned(tmp_path_factory.mktemp("environment")))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "extent",
     [

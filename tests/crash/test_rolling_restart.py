@@ -93,7 +93,6 @@ class Clients:
             return None
 
 
-@pytest.mark.slow
 @pytest.mark.claim("doors", "rolling-restart", minutes=2.0)
 def test_services__restarted_one_after_the_other_fail_no_request(
     tmp_path: Path, postgresql_url: str, compared: Compared

@@ -17,7 +17,6 @@ NEVER_MAPPED = ("llvmlite", "_netcdf4", "/numba/")
 SMOKE = read_yaml(examples.text("smoke"), "smoke")
 
 
-@pytest.mark.slow
 @pytest.mark.claim("queue", "main-job", minutes=0.2)
 def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> None:
     """A sweep that is submitted to a service is solved and published, and the service never loads the solver."""

@@ -33,7 +33,6 @@ REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has com
 CLIENTS = 8
 
 
-@pytest.mark.slow
 @pytest.mark.claim("queue", "disk-identity", minutes=0.2)
 def test_directory__that_moves_loses_no_result(tmp_path: Path, postgresql_url: str, compared: Compared) -> None:
     """A data directory that is renamed away and back, under a service or before its start, forgets no result."""
@@ -69,7 +68,6 @@ def test_directory__that_moves_loses_no_result(tmp_path: Path, postgresql_url: s
         compared(*_rows_of_results(here, ids))
 
 
-@pytest.mark.slow
 @pytest.mark.claim("queue", "frozen-leader", minutes=0.2)
 def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str, compared: Compared) -> None:
     """A leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on."""

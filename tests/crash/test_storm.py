@@ -60,7 +60,6 @@ STORMS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "storm",
     [

@@ -42,8 +42,6 @@ STEP = 1 << 20  # bytes; a tenth of it changes what the dispatcher says of the r
 DAY = 86_400
 PATIENCE = 120.0  # s
 
-pytestmark = pytest.mark.slow
-
 
 def service_program() -> dict[str, Any]:
     """A service whose times are its own in full, and brief in short."""

@@ -59,7 +59,6 @@ def of_the_older_physics(folder: Path) -> Mapping[str, str]:
     return {"PYTHONPATH": f"{hook}:{ROOT}"}
 
 
-@pytest.mark.slow
 @pytest.mark.claim("mend", "upgrade-finishes", minutes=1.0)
 def test_upgrade__of_the_physics_finishes_what_was_accepted(tmp_path: Path, compared: Compared) -> None:
     """Half a sweep of an older physics is finished by the present one in all its points, through kills at its begin."""

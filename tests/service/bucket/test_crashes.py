@@ -44,8 +44,6 @@ LIVES = (
     "publication-after-commit",
 )
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture
 def objects() -> Iterator[ObjectStore]:

@@ -408,8 +408,7 @@ def test_answers__are_short(compared: Callable[[Row], None]) -> None:
     compared(equal("equations that are told otherwise than they decide", expected=0, got=told.count(False)))
 
 
-@pytest.mark.slow  # for an idle machine
-@pytest.mark.claim("door", "shield-answer-time")
+@pytest.mark.claim("door", "shield-answer-time", minutes=0.1)
 def test_answers__are_quick(compared: Callable[[Row], None]) -> None:
     """An answer for a shield takes at most 50 ms of computing."""
     answer(SHOT)
