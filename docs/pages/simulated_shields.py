@@ -26,7 +26,7 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.shields.shots import joined
 from studies.shields.shots.answers import shown
-from studies.shields.shots.drawn import Simulated, SimulationKind, failures_found, stored
+from studies.shields.shots.drawn import Simulated, SimulationKind, failures_found
 from studies.shields.shots.joined import (
     LEAST_CELLS,
     MOST_CELLS,
@@ -291,7 +291,6 @@ def pages() -> dict[str, str]:
         decided=decided,
         right=judged.right,
         always=[name for name, share in right.items() if share.count == share.of],
-        joined=_joined_ranges(kinds),
         tables={
             "what_tells": _what_tells(first, told, decided, of_rule),
             "by_speed": table(["speed", *OUTCOMES], list(_by_speed(told))),
@@ -334,17 +333,6 @@ def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str,
     kept = sum(outcome != "open" for outcome in after.values())
     turned = sum({run["perforated"] for run in _of(shot, runs)} >= {0.0, 1.0} for shot in after)
     return OfTheMesh(len(before), len(after), kept, turned)
-
-
-def _joined_ranges(kinds: Iterable[SimulationKind]) -> list[str]:
-    """The kinds of simulation that reports join, with the range of the speed."""
-    joints = {kind: stored().get(kind.name) for kind in kinds}
-    return [
-        f"failure {kind.name} {where}"
-        for kind, constants in joints.items()
-        for where, low, _ in RANGES
-        if constants is not None and constants.is_joined_at(low)
-    ]
 
 
 def _joined(kinds: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> str:
