@@ -5,7 +5,7 @@ entry-point group ``whipple.studies.answers.targets``. Nothing heavy is imported
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -25,7 +25,15 @@ if TYPE_CHECKING:
 # Dimensions, values and attributes.
 Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | np.ndarray]]"
 Variables = Mapping[str, Variable]
-Words = Mapping[str, Callable[..., Plain] | tuple[str, ...]]  # what templates call
+
+
+@dataclass(frozen=True)
+class Told:
+    """An addition as people read it: lines, and a table."""
+
+    lines: tuple[str, ...]
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -37,14 +45,10 @@ class Addition(ABC):
     def sentence(self) -> str:
         """The headline, in at most twenty words."""
 
-
-@dataclass(frozen=True)
-class Told:
-    """An addition as a terminal prints it: lines, and a table below what laws say."""
-
-    lines: tuple[str, ...]
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    @property
+    @abstractmethod
+    def told(self) -> Told:
+        """The headline first."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,10 +92,6 @@ class AnsweredTarget:
         """The record of its additions."""
         raise NotImplementedError
 
-    def told(self, addition: Addition) -> Told:
-        """Its addition for a terminal."""
-        raise NotImplementedError
-
     def picture(self, shot: Shot) -> Figure | None:
         """A picture of its own; None for that of its laws over the speed."""
         return None
@@ -99,10 +99,6 @@ class AnsweredTarget:
     def sizes(self, shot: Shot) -> Sequence[tuple[str, float]]:
         """Sizes of a shot at it besides the plate's thickness: a word or none, and m."""
         return ()
-
-    def words(self) -> Words:
-        """What its templates call."""
-        return {}
 
     def variables(
         self, additions: Sequence[Addition], axes: tuple[str, ...], shape: tuple[int, ...]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from solver.units import Described, Metre, Pascal
-from studies.answers.targets import AnsweredTarget, Told, Variables, Words
+from studies.answers.targets import AnsweredTarget, Variables
 from studies.laws import Shot
 from studies.laws.targets import Stated
 from studies.materials import Material
@@ -80,15 +80,6 @@ class AnsweredShield(AnsweredTarget):
 
         return ShieldAnswer
 
-    def told(self, addition: "ShieldAnswer") -> Told:  # type: ignore[override]  # its own addition
-        """The sentence, what has no probability and why, ordered shots; and the sizes that are just safe."""
-        from studies.shields.safe import COLUMNS, of_ordered_shots, safe_sizes_of
-
-        unlikely = (f"no probability: {reason}" for reason in addition.outside[1:])
-        rows = ((limit, *found) for limit, found in safe_sizes_of(addition).items())
-        lines = (addition.sentence, *unlikely, of_ordered_shots(addition))
-        return Told(lines, ("still safe", *COLUMNS), tuple(rows))
-
     def picture(self, shot: Shot) -> Figure:
         """Critical diameter against speed, with every equation and the shots on shields like it."""
         from studies.shields.picture import picture
@@ -101,19 +92,6 @@ class AnsweredShield(AnsweredTarget):
         if not isinstance(shot, ShotAtShield):
             return ()
         return ("", shot.shield.stand_off), ("wall", shot.shield.wall_thickness)
-
-    def words(self) -> Words:
-        """What its templates call."""
-        from studies.shields import safe
-        from studies.shields.shots.table import citation
-
-        return {
-            "safe_sizes_of": safe.safe_sizes_of,
-            "of_ordered_shots": safe.of_ordered_shots,
-            "share": safe.share,
-            "columns": safe.COLUMNS,
-            "citation": citation,
-        }
 
     def variables(  # type: ignore[override]  # its own additions
         self, additions: "Sequence[ShieldAnswer]", axes: tuple[str, ...], shape: tuple[int, ...]

@@ -7,14 +7,14 @@ from typing import Literal
 
 from solver.units import Metre
 from studies import laws
-from studies.answers.targets import Addition
-from studies.quantities.display import percent
+from studies.answers.targets import Addition, Told
+from studies.quantities.display import digits, display_of, percent
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
 from studies.shields.shots.chance import probability
 from studies.shields.shots.inverse import safe_sizes
 from studies.shields.shots.judged import Judged, equations, judge
 from studies.shields.shots.outside import outside_of_shots
-from studies.shields.shots.records import Probability, SafeSize
+from studies.shields.shots.records import NoSize, Probability, SafeSize, Size
 from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 
 # What the field calls the equations, in a sentence.
@@ -25,6 +25,14 @@ SHORT: Mapping[str, str] = {
     "whipple_reimerdes": "Reimerdes",
     "whipple_srl": "SRL",
     "whipple_srl_three_walls": "SRL",
+}
+# Of the sizes that are just safe.
+COLUMNS = ("still safe", "largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
+REASONS: Mapping[NoSize, str] = {
+    NoSize.SAFE: "any",
+    NoSize.UNSAFE: "none",
+    NoSize.OUTSIDE_OF_SHOTS: "no shots like it",
+    NoSize.NO_EQUATION: "no equation",
 }
 LISTED = 10  # nearest shots of an answer
 
@@ -77,12 +85,42 @@ class ShieldAnswer(Addition):
             sure = f"{shown(self.probability)} to fail; {near}"
         return f"{sure}; {self._said() or 'no equation covers it'}."
 
+    @property
+    def told(self) -> Told:
+        """The sentence, what has no probability and why, ordered shots; and the sizes that are just safe."""
+        unlikely = (f"no probability: {reason}" for reason in self.outside[1:])
+        found = {(limit_in_words(safe), safe.size): size_in_words(safe) for safe in self.safe}
+        rows = ((limit, *(found[limit, size] for size in Size)) for limit in dict.fromkeys(limit for limit, _ in found))
+        return Told((self.sentence, *unlikely, self.ordered_shots), COLUMNS, tuple(rows))
+
+    @property
+    def ordered_shots(self) -> str:
+        """ "In every respect: 2 of 14 easier shots failed; no published shot is harder."."""
+        kinds = (("easier", "failed", self.easier), ("harder", "held", self.harder))
+        said = [
+            f"{shots.contrary} of {shots.shots} {kind} shots {did}" if shots.shots else f"no published shot is {kind}"
+            for kind, did, shots in kinds
+        ]
+        return f"In every respect: {'; '.join(said)}."
+
     def _said(self) -> str:
         """What the equations say, those of one word together; those outside their range are silent."""
         groups = {says: [word.short for word in self.words if word.says == says] for says in ("holds", "fails")}
         spoken = [(says, names) for says, names in groups.items() if names]
         verbs = ("say " if len(names) > 1 else "says " for _, names in spoken[:1])
         return ", ".join(f"{', '.join(names)} {next(verbs, '')}{says}" for says, names in spoken)
+
+
+def limit_in_words(safe: SafeSize) -> str:
+    """ "at 10 % risk", or the name of a law."""
+    return safe.law or f"at {100.0 * (safe.risk or 0.0):.0f} % risk"
+
+
+def size_in_words(safe: SafeSize) -> str:
+    """A size in mm; a word where there is none, or where each is safe."""
+    if safe.value is None:
+        return REASONS[safe.reason or NoSize.NO_EQUATION]
+    return digits(safe.value * display_of("m").factor)
 
 
 def shown(probability: Probability) -> str:

@@ -47,7 +47,7 @@ class TaylorStrain:
         return np.asarray(self.share * 8930.0 * np.exp(2.0 * speed) / (2.0 * stress) * np.exp(-0.05 * ratio))
 
 
-EMULATORS = {"final_length": TaylorStrain(1.0), "mushroom_diameter": TaylorStrain(1.7)}
+EMULATORS: Mapping[str, Any] = {"final_length": TaylorStrain(1.0), "mushroom_diameter": TaylorStrain(1.7)}
 
 
 def synthetic(seed: int) -> tuple[BarStrains, np.ndarray]:
