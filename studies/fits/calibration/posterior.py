@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.fits.calibration.design import Box
 from studies.fits.calibration.emulator import Emulator
 from studies.fits.calibration.shots import BarStrains
 from studies.quantities.findings import MissingExtra
@@ -46,12 +45,7 @@ class Calibration:
 
     shots: BarStrains
     emulators: Mapping[str, Emulator]
-    box: Box
-
-    @property
-    def constants(self) -> list[str]:
-        """A, B, n, C, m."""
-        return list(self.box.ranges)
+    prior: np.ndarray  # (5, 2) ranges of the constants
 
 
 @dataclass(frozen=True)
@@ -75,7 +69,7 @@ class Posterior:
     def further_lots(self, seed: int = SEED) -> np.ndarray:
         """The constants with ln A of a lot that was not shot, (draws, 5)."""
         drawn = self.constants.copy()
-        low, high = self.calibration.box.bounds[0]
+        low, high = self.calibration.prior[0]
         drawn[:, 0] = _truncated(drawn[:, 0], self.lots_deviation, (low, high), np.random.default_rng(seed))
         return drawn
 
@@ -135,7 +129,7 @@ class _Density:
 
     def start(self, rng: np.random.Generator) -> np.ndarray:
         """A place of each walker, (walkers, dimensions), in the middle of the prior."""
-        bounds, start = self.calibration.box.bounds, np.empty((WALKERS, self.dimensions))
+        bounds, start = self.calibration.prior, np.empty((WALKERS, self.dimensions))
         start[:, self.places["constants"]] = bounds[:, 0] + np.ptp(bounds, axis=1) * rng.uniform(
             0.25, 0.75, (WALKERS, 5)
         )
@@ -159,7 +153,7 @@ class _Density:
 
         constants, lots, biases = (parameters[:, self.places[name]] for name in ("constants", "lots", "biases"))
         sizes = np.column_stack([parameters[:, self.places["lots_deviation"]], parameters[:, self.places["scatters"]]])
-        low, high = self.calibration.box.bounds.T
+        low, high = self.calibration.prior.T
         inside = ((constants >= low) & (constants <= high)).all(axis=1)
         inside &= ((lots >= low[0]) & (lots <= high[0])).all(axis=1)
         inside &= ((sizes >= math.log(LEAST)) & (sizes <= math.log(MOST))).all(axis=1)

@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 import whipple
 from studies import materials
 from studies.cubes.opening import whole_cube
-from studies.fits.calibration.design import box_of, sweep_of
+from studies.fits.calibration.design import prior_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
 from studies.fits.calibration.posterior import Calibration, posterior_of
 from studies.fits.calibration.prediction import LEVEL, chances, leave_series_out
@@ -80,7 +80,7 @@ def calibration_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], 
         shots = read_shots(table, material)
         folder = whipple.run_sweep(sweep_of(material, shots), tmp_path_factory.mktemp(table), keep="numbers")
         emulators = emulators_of(whole_cube(folder), shots.diameter, shots.names)
-        return Calibration(shots, emulators, box_of(material))
+        return Calibration(shots, emulators, prior_of(material))
 
     return calibration
 
