@@ -3,9 +3,10 @@
 import importlib
 import math
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 
-from docs.pages import in_markdown, plots
+from docs.pages import plots
 from solver.registry import folders
 from studies import laws, materials, measurements
 from studies.laws import NOT_FOUND, Law, Limit, Shot, limit_in_latex
@@ -23,19 +24,24 @@ MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point i
 
 def pages() -> dict[str, str]:
     """laws.md."""
-    text = in_markdown(
-        "laws",
-        quantities=quantities(),
-        title_of=title_of,
-        is_critical=_is_critical,
-        norm=_norm,
-        caption=_caption,
-        answering=laws.answering,
-        file_of=file_of,
-        confidences=CONFIDENCES,
-        limit_of=_limit,
-    )
-    return {"laws.md": text}
+    parts = [
+        "# Laws\n",
+        "Published formulas that a report compares with the simulation. `D` is the diameter of a hole, `p` the depth "
+        "of a crater from the original surface, `d` the diameter of the sphere with the projectile's volume, `t` the "
+        "thickness of the plate, `v` the impact speed. A law outside its range still answers, and is flagged; where "
+        "its formula means nothing, it has no value. In brackets behind a limit stands its source, where that is not "
+        "the law's, and `not checked` where a shot does not tell whether it is met.\n",
+    ]
+    for quantity in quantities():
+        title = title_of(quantity)
+        parts += [f"## {title}\n"]
+        over = "" if _is_critical(quantity) else f" over {_norm(quantity)}"
+        parts += [f"![{title}{over} against speed, by each law](drawings/laws-{quantity}.svg)\n"]
+        parts += [_caption(quantity)]
+        for law in laws.answering(quantity):
+            parts += list(_section(law))
+    parts += ["How to add a law: [how-to](how-to.md#a-law-of-your-own)."]
+    return {"laws.md": "\n".join(parts) + "\n"}
 
 
 def quantities() -> list[str]:
@@ -77,7 +83,7 @@ def _caption(quantity: str) -> str:
     undrawn = [law.title for law in laws.answering(quantity) if law.title not in drawn]
     if undrawn:
         text += f" Not drawn, because outside of their range: {', '.join(undrawn)}."
-    return text
+    return text + "\n"
 
 
 def drawn_laws(quantity: str) -> list[Law]:
@@ -91,6 +97,17 @@ def drawn_laws(quantity: str) -> list[Law]:
     if len(answering) <= MOST_LINES:
         return answering
     return [law for law in answering if any(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in plotted)]
+
+
+def _section(law: Law) -> Iterator[str]:
+    yield f"### {law.title}\n"
+    yield f"`{law.name}`, `{file_of(law)}`\n"
+    yield f"{law.latex or law.equation}\n"
+    scatter = "not published" if law.scatter is None else f"{100.0 * law.scatter:.0f} %"
+    known = CONFIDENCES.get(law.confidence, law.confidence)
+    use = "" if law.use == "verdict" else f" Use: {law.use}."
+    yield f"Source: {law.source}. Equation: {known}.{use} Published scatter: {scatter}.\n"
+    yield f"Range: {'; '.join(map(partial(_limit, law), law.range.every))}.\n"
 
 
 def _limit(law: Law, limit: Limit) -> str:

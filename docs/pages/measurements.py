@@ -3,7 +3,6 @@
 The drawings are files of docs/drawings, written by hand: polygons, dashed lines, dimensions and names.
 """
 
-from docs.pages import in_markdown
 from studies import measurements, scenarios
 
 SCENARIOS = {
@@ -21,8 +20,20 @@ SCENARIOS = {
 
 def pages() -> dict[str, str]:
     """measurements.md."""
-
-    def measured(scenario: str) -> list[measurements.Measurement]:
-        return [measurements.load(name) for name in scenarios.load(scenario).measurements]
-
-    return {"measurements.md": in_markdown("measurements", scenarios=SCENARIOS, measured=measured)}
+    parts = [
+        "# Measurements\n",
+        "Numbers that are read off the state of a run. Each carries the parts of its uncertainty and the flags that "
+        "speak against it. Its version rises when its definition changes; stored states are then measured again "
+        "([how](how-to.md#measure-again)). An edge stands where a density, averaged over a cell, falls to half of its "
+        "undisturbed value, unless the definition says otherwise.\n",
+    ]
+    for scenario, (file, title, caption) in SCENARIOS.items():
+        parts += [f"## {title}\n", f"![{title}: {caption}](drawings/{file}.svg)\n"]
+        for name in scenarios.load(scenario).measurements:
+            each = measurements.load(name)
+            unit = "ratio" if each.unit == "1" else each.unit
+            parts += [
+                f"**`{name}`** ({unit}, version {each.version}): {each.title}. "
+                f"{each.meaning[0].upper()}{each.meaning[1:]}.\n"
+            ]
+    return {"measurements.md": "\n".join(parts)}
