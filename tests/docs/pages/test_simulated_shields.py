@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.special import expit, logit
 from sklearn.linear_model import LogisticRegression
 
 from docs.pages import read_json
@@ -14,14 +13,11 @@ from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORE
 from studies.outcomes.found import Share
 from studies.shields.shots import drawn as of_drawn
 from studies.shields.shots.drawn import SimulationKind, failures_found
-from studies.shields.shots.joined import PRIOR, Joint, SimulatedShot, drawn_shots, joint_of, unseen, validated
+from studies.shields.shots.joined import PRIOR, SimulatedShot, joint_of, unseen, validated
 from studies.shields.shots.judged import RANGES
 from studies.shields.shots.records import Probability
 from studies.shields.shots.table import laboratory
 from tests.claims.rows import at_most, equal
-
-BEFORE = Probability(0.4, 0.2, 0.65)
-JOINT = Joint(2.0, -1.0, np.diag([0.09, 0.25]))
 
 
 def _even(chance: float) -> Probability:
@@ -92,12 +88,6 @@ def test_simulations__are_joined_with_no_probability_because_none_is_seen_to_gai
             assert (mine.gained, mine.within) == pytest.approx((gained, within), rel=1e-6)
 
 
-def test_gain__of_simulations_that_are_right_is_seen_and_that_of_a_coin_is_not() -> None:
-    right, coin = ([*drawn_shots(shots, validated(shots))] for shots in (told(1.0), told(0.5)))
-    assert right[1].gained > right[1].within
-    assert all(each.gained < each.within for each in coin)
-
-
 def test_failures_found__are_those_of_the_stored_results() -> None:
     runs = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
     for failure in (*FAILURES, OF_PLATES):
@@ -119,17 +109,6 @@ def test_unseen__knows_nothing_of_a_laboratory_that_is_left_out() -> None:
     assert all(each.low < each.value < each.high for each in less)
     with pytest.raises(KeyError):
         unseen(shots, name)
-
-
-def test_probability__moves_by_the_outcome_and_stays_where_it_is_open() -> None:
-    perforated, held = JOINT.probability(BEFORE, "perforated"), JOINT.probability(BEFORE, "held")
-    assert JOINT.probability(BEFORE, "open") == BEFORE
-    assert perforated.value == pytest.approx(expit(logit(0.4) + 2.0))
-    assert held.value == pytest.approx(expit(logit(0.4) - 1.0))
-    deviation = (logit(0.4) - logit(0.2)) / 1.96
-    low = logit(0.4) - 1.0 - 1.96 * math.hypot(deviation, 0.5)
-    assert held.low == pytest.approx(expit(low))
-    assert held.low < held.value < held.high
 
 
 def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
