@@ -162,8 +162,10 @@ def answers(question: Question) -> Iterator[ShotAnswer]:
 
 def answer(shot: Shot, target: str, parameters: Mapping[str, Value]) -> ShotAnswer:
     """The answer to one shot."""
-    near, addition = tuple(nearest(shot, target)), targets()[target].addition(shot)
-    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), near, addition)
+    near, addition = tuple(nearest(shot, target)), targets()[target].addition
+    return ShotAnswer(
+        parameters, target, tuple(_quantities(shot, target)), near, addition.of(shot) if addition else None
+    )
 
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:

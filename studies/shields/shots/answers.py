@@ -5,13 +5,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from solver.units import Metre
 from studies import laws
-from studies.answers.targets import Addition, Told
+from studies.answers.targets import Addition, Told, Variable, Variables
+from studies.laws import Shot
 from studies.quantities.display import digits, display_of, percent
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
 from studies.shields.shots.chance import probability
-from studies.shields.shots.inverse import safe_sizes
+from studies.shields.shots.inverse import RISKS, safe_sizes
 from studies.shields.shots.judged import Judged, equations, judge
 from studies.shields.shots.outside import outside_of_shots
 from studies.shields.shots.records import NoSize, Probability, SafeSize, Size
@@ -26,6 +29,8 @@ SHORT: Mapping[str, str] = {
     "whipple_srl": "SRL",
     "whipple_srl_three_walls": "SRL",
 }
+LAWS = f"{CRITICAL_DIAMETER}_law"  # a dimension
+NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
 # Of the sizes that are just safe.
 COLUMNS = ("still safe", "largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
 REASONS: Mapping[NoSize, str] = {
@@ -102,6 +107,40 @@ class ShieldAnswer(Addition):
             for kind, did, shots in kinds
         ]
         return f"In every respect: {'; '.join(said)}."
+
+    @classmethod
+    def of(cls, shot: Shot) -> "ShieldAnswer":
+        """What is said of a shot at a shield."""
+        assert isinstance(shot, ShotAtShield)
+        return answer(shot)
+
+    @staticmethod
+    def variables(  # type: ignore[override]  # its own additions
+        shields: "Sequence[ShieldAnswer]", axes: tuple[str, ...], lengths: tuple[int, ...]
+    ) -> tuple[Variables, Variables]:
+        """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
+        variables = dict[str, Variable]()
+        equations = [law.name for law in laws.answering(CRITICAL_DIAMETER)]
+
+        def add(
+            name: str, title: str, unit: str, values: Sequence[float] | Sequence[str], dims: tuple[str, ...] = ()
+        ) -> None:
+            shape = (len(values) // len(shields), *lengths) if dims else lengths
+            variables[name] = ((*dims, *axes), np.array(values).reshape(shape), {"units": unit, "long_name": title})
+
+        for part, end in (("value", ""), ("low", "_low"), ("high", "_high")):
+            chances = [getattr(shield.probability, part, math.nan) for shield in shields]
+            add(f"probability{end}", "Probability that the wall fails", "1", chances)
+        add("easier_failed", "Easier shots whose wall failed", "1", [shield.easier.contrary for shield in shields])
+        add("harder_held", "Harder shots whose wall held", "1", [shield.harder.contrary for shield in shields])
+        found = [{(safe.size, safe.risk or safe.law): safe for safe in shield.safe} for shield in shields]
+        for size in Size:
+            for dim, by, limits in (("risk", "risk", RISKS), (LAWS, "law", equations)):
+                sizes = [safe.get((size, limit), NO_EQUATION) for limit in limits for safe in found]
+                name, title = f"safe_{size}_by_{by}", f"{size.replace('_', ' ')} that is just safe"
+                add(name, title, "m", [math.nan if safe.value is None else safe.value for safe in sizes], (dim,))
+                add(f"{name}_reason", "why there is none", "1", [str(safe.reason or "") for safe in sizes], (dim,))
+        return {"risk": ("risk", list(RISKS), {"units": "1"})}, variables
 
     def _said(self) -> str:
         """What the equations say, those of one word together; those outside their range are silent."""
