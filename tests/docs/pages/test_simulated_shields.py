@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sklearn.linear_model import LogisticRegression
 
 from docs.pages import read_json
 from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
 from studies.outcomes.found import Share
 from studies.shields.shots import drawn as of_drawn
 from studies.shields.shots.drawn import SimulationKind, failures_found
-from studies.shields.shots.joined import PRIOR, SimulatedShot, joint_of, unseen, validated
+from studies.shields.shots.joined import SimulatedShot, joint_of, unseen, validated
 from studies.shields.shots.judged import RANGES
 from studies.shields.shots.records import Probability
 from studies.shields.shots.table import laboratory
@@ -33,15 +32,6 @@ def told(right: float, seed: int = 3) -> list[SimulatedShot]:
         says = shot.outcome if random.random() < right else other
         shots.append(SimulatedShot(shot, 0.5, 1.0, "open" if random.random() < 0.1 else says))  # type: ignore[arg-type]
     return shots
-
-
-def test_joint__has_the_constants_of_a_logistic_regression_with_known_logits() -> None:
-    shots = [replace(each, odds=2.0) for each in told(0.8)]
-    joint = joint_of([_even(1.0 / 3.0)] * len(shots), shots)  # logit P_e + ln 2 = 0
-    rows = [[each.told == "perforated", each.told == "held"] for each in shots]
-    failed = [each.shot.is_perforated for each in shots]
-    by_library = LogisticRegression(C=PRIOR[0] ** 2, fit_intercept=False, tol=1e-10).fit(rows, failed)
-    assert (joint.perforated, joint.held) == pytest.approx(by_library.coef_[0], abs=1e-5)
 
 
 def test_joint__of_shots_that_were_drawn_by_outcome_is_that_of_all() -> None:
