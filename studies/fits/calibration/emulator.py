@@ -10,7 +10,7 @@ from studies.cubes.growing import still_growing
 from studies.cubes.variable import variable_name
 from studies.fits.calibration.design import names_of_axes
 from studies.fits.calibration.shots import SIZES
-from studies.fits.surrogate import Surrogate, SurrogateInput, check_extra, runs_of
+from studies.fits.surrogate import Surrogate, SurrogateInput, runs_of
 
 # Added to a strain before its logarithm is taken, in which the process is nearly a straight line: what is smaller
 # cannot be read, 0.1 mm of 25.
@@ -34,16 +34,8 @@ class Emulator:
         return np.exp(self.process.mean(_inputs(places))) - SMALL
 
 
-def emulators_of(dataset: xr.Dataset, diameter: float, quantities: list[str]) -> dict[str, Emulator]:
-    """The emulators of quantities of the cube of ``design.sweep_of``, for a diameter in m.
-
-    Raises InvalidInput, MissingExtra.
-    """
-    check_extra()
-    return {name: _emulator(dataset, diameter, name) for name in quantities}
-
-
-def _emulator(dataset: xr.Dataset, diameter: float, quantity: str) -> Emulator:
+def emulator_of(dataset: xr.Dataset, diameter: float, quantity: str) -> Emulator:
+    """The emulator of a quantity of the cube of ``design.sweep_of``, for a diameter in m; raises InvalidInput."""
     runs = runs_of(dataset, quantity)
     order = [runs.names.index(variable_name(name)) for name in names_of_axes()]
     places = runs.places[:, order].copy()

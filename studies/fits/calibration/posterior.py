@@ -77,12 +77,11 @@ class Posterior:
 def posterior_of(
     calibration: Calibration, *, steps: int = STEPS, burn_in: int = BURN_IN, seed: int = SEED
 ) -> Posterior:
-    """Sample the posterior by walkers that move along each other's differences; raises MissingExtra.
+    """Sample the posterior by walkers that move along each other's differences.
 
     ``emcee``: differential evolution (ter Braak 2006, Stat. Comput. 16, 239) and stretches (Goodman and Weare 2010,
     Comm. App. Math. Comp. Sci. 5, 65).
     """
-    check_extras()
     import emcee
 
     density, rng = _Density(calibration), np.random.default_rng(seed)

@@ -12,7 +12,7 @@ import pytest
 from studies import materials
 from studies.cubes import cube
 from studies.fits.calibration.design import prior_of, sweep_of
-from studies.fits.calibration.emulator import emulators_of
+from studies.fits.calibration.emulator import emulator_of
 from studies.fits.calibration.picture import draw
 from studies.fits.calibration.posterior import Calibration, Posterior, posterior_of
 from studies.fits.calibration.prediction import LEVEL, chances, predict
@@ -150,7 +150,7 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
         size = length * math.exp(-exact.strains(np.array([place]))[0])
         measured = {"final_length": fakes.measured(size), "mushroom_diameter": fakes.measured(shots.diameter)}
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measured)
-    emulator = emulators_of(cube.build(sweep, results), shots.diameter, ["final_length"])["final_length"]
+    emulator = emulator_of(cube.build(sweep, results), shots.diameter, "final_length")
     assert emulator.error < 0.1
     rng, bounds = np.random.default_rng(2), PRIOR
     places = np.column_stack(
