@@ -68,9 +68,12 @@ class Posterior:
 
     def further_lots(self, seed: int = SEED) -> np.ndarray:
         """The constants with ln A of a lot that was not shot, (draws, 5)."""
-        drawn = self.constants.copy()
-        low, high = self.calibration.prior[0]
-        drawn[:, 0] = _truncated(drawn[:, 0], self.lots_deviation, (low, high), np.random.default_rng(seed))
+        from scipy.stats import truncnorm
+
+        drawn, shares = self.constants.copy(), np.random.default_rng(seed).uniform(size=len(self.constants))
+        middle, deviation = drawn[:, 0], self.lots_deviation
+        low, high = ((end - middle) / deviation for end in self.calibration.prior[0])
+        drawn[:, 0] = truncnorm.ppf(shares, low, high, middle, deviation)
         return drawn
 
 
@@ -193,13 +196,3 @@ def strains_of(emulator: Emulator, constants: np.ndarray, shots: BarStrains, yie
 def deviation_of(shots: BarStrains, computed: np.ndarray, scatter: np.ndarray, error: float) -> np.ndarray:
     """The scale s of the scatter of shots about computed strains (draws, shots)."""
     return np.sqrt(shots.errors**2 + (scatter**2 + error**2) * computed**2)
-
-
-def _truncated(
-    means: np.ndarray, deviations: np.ndarray, bounds: tuple[float, float], rng: np.random.Generator
-) -> np.ndarray:
-    """A draw of each normal distribution within bounds."""
-    from scipy.special import ndtr, ndtri
-
-    low, high = (ndtr((bound - means) / deviations) for bound in bounds)
-    return np.clip(means + deviations * ndtri(low + (high - low) * rng.uniform(size=len(means))), *bounds)
