@@ -222,7 +222,8 @@ def test_distance__is_of_ratios_and_of_the_angle() -> None:
 @pytest.mark.parametrize("role", ["projectile", "bumper", "wall"])
 def test_shot__of_another_metal_is_not_near(role: str) -> None:
     """Of titanium, whose density is 1.6 times that of aluminium."""
-    other = replace(ONE, **{f"{role}_density": 4419.0})
+    density: dict[str, Any] = {f"{role}_density": 4419.0}
+    other = replace(ONE, **density)
     assert nearest(other.as_shot(), SHOTS, 10) == ()
     assert nearest(ONE.as_shot(), [other], 10) == ()
     assert [each.shot for each in nearest(other.as_shot(), [*SHOTS, other], 10)] == [other]

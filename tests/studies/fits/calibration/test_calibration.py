@@ -142,7 +142,8 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     sweep = Sweep.parse(sweep_of(COPPER, shots, runs=30))
     results = {}
     for point in sweep.runs():
-        parameters, strength = point.run.parameters, point.run.materials["bar"].strength.constants
+        parameters = point.run.parameters
+        strength: Mapping[str, Any] = point.run.materials["bar"].strength.constants
         length = parameters["bar_length"]
         assert isinstance(length, float)
         place = [math.log(strength["A"]), math.log(strength["B"]), *(strength[name] for name in "nCm")]
