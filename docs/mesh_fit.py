@@ -33,8 +33,7 @@ LEAST_SCALE = 1e-4  # relative: below what any run resolves
 HELD = (0.90, 0.99)  # share of left-out differences that intervals of 95 % hold
 FEWEST_SERIES = 0.8  # share of the series that a domain keeps
 FURTHER = ("speed", "strength", "density")  # factors beside 1
-THIN, THICK = 0.15, 0.4  # t/d between bands
-SLOW, FAST = 3e3, 5.5e3  # m/s between bands
+THICKNESSES, SPEEDS = (0.15, 0.4), (3e3, 5.5e3)  # t/d, and m/s, between bands
 DIGITS = 6
 
 # From one domain to the next narrower one: the field of a grid, and its new least value.
@@ -204,20 +203,14 @@ def fitted(shots: Sequence[Shot], names: Sequence[str]) -> MeshModel:
 # ---- tested --------------------------------------------------------------------------------------
 
 
-def _band_of_thickness(shot: Shot) -> str:
-    thickness = shot.finest.grid.thickness
-    return "thin" if thickness < THIN else "thick" if thickness > THICK else "between"
-
-
-def _band_of_speed(shot: Shot) -> str:
-    speed = shot.finest.grid.speed
-    return "slow" if speed < SLOW else "fast" if speed > FAST else "between"
+def _band(value: float, ends: tuple[float, float]) -> str:
+    return "low" if value < ends[0] else "high" if value > ends[1] else "between"
 
 
 GROUPS: Mapping[str, Callable[[Shot], str]] = {
     "metal": lambda shot: shot.metal,
-    "speed": _band_of_speed,
-    "t/d": _band_of_thickness,
+    "speed": lambda shot: _band(shot.finest.grid.speed, SPEEDS),
+    "t/d": lambda shot: _band(shot.finest.grid.thickness, THICKNESSES),
 }
 
 

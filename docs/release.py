@@ -11,7 +11,6 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Mapping
 from datetime import date
 from pathlib import Path
 
@@ -41,19 +40,14 @@ def state_version(root: Path, version: str, today: str) -> None:
         raise ValueError(f"{version!r} is no version; write three numbers, for example 1.2.3")
     if "CHANGELOG.md" in stated and _parts(version) <= _parts(stated["CHANGELOG.md"]):
         raise ValueError(f"{version} is not newer than {stated['CHANGELOG.md']}, the last release")
-    changes: Mapping[str, tuple[tuple[str, str], ...]] = {
-        "pyproject.toml": ((rf'^version = "{NUMBER}"$', f'version = "{version}"'),),
-        "CITATION.cff": (
-            ("^date-released:.*\n", ""),
-            (rf"^version: {NUMBER}$", f"version: {version}\ndate-released: {today}"),
-        ),
-        "CHANGELOG.md": ((f"^{UNRELEASED}", f"{UNRELEASED}\n## {version} ({today})\n"),),
-    }
-    for name, replacements in changes.items():
+    for name, pattern, replacement in (
+        ("pyproject.toml", rf'^version = "{NUMBER}"$', f'version = "{version}"'),
+        ("CITATION.cff", rf"^version: {NUMBER}$(\ndate-released:.*)?", f"version: {version}\ndate-released: {today}"),
+        ("CHANGELOG.md", f"^{UNRELEASED}", f"{UNRELEASED}\n## {version} ({today})\n"),
+    ):
         text = (root / name).read_text(encoding="utf-8")
-        for pattern, replacement in replacements:
-            text = re.sub(pattern, replacement, text, count=1, flags=re.MULTILINE)
-        (root / name).write_text(text, encoding="utf-8")
+        changed = re.sub(pattern, replacement, text, count=1, flags=re.MULTILINE)
+        (root / name).write_text(changed, encoding="utf-8")
 
 
 def build(root: Path, version: str, *, with_image: bool) -> list[str]:
@@ -70,7 +64,10 @@ def build(root: Path, version: str, *, with_image: bool) -> list[str]:
             return files
         image = f"whipple:{version}"
         label = f"org.opencontainers.image.version={version}"
-        _run(source, _engine(), "build", "--tag", image, "--tag", "whipple:latest", "--label", label, ".")
+        engine = shutil.which("docker") or shutil.which("podman")
+        if engine is None:
+            sys.exit("no docker or podman here; install one, or release with IMAGE=no and build the image elsewhere")
+        _run(source, engine, "build", "--tag", image, "--tag", "whipple:latest", "--label", label, ".")
     return [*files, image]
 
 
@@ -92,13 +89,6 @@ def main() -> int:
     _run(ROOT, "git", "tag", "--annotate", f"v{asked.version}", "--message", f"whipple {asked.version}")
     print("\n".join(["built, and tagged as v" + asked.version, *built]))
     return 0
-
-
-def _engine() -> str:
-    for name in ("docker", "podman"):
-        if shutil.which(name):
-            return name
-    sys.exit("no docker or podman here; install one, or release --without-image and build the image elsewhere")
 
 
 def _parts(version: str) -> tuple[int, ...]:

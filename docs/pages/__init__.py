@@ -9,12 +9,15 @@ where the page has plots, ``drawings()``, SVG by name of file in drawings/.
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import cache
 from importlib import import_module
 from itertools import groupby
+from multiprocessing import get_context
 from pathlib import Path
 from pkgutil import iter_modules
+from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
@@ -27,6 +30,7 @@ from studies.runs.run import Run
 
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
+WORKERS = 2  # processes that compute runs
 FEWEST = 3  # rows that stand below one with their place
 KeptRow = Mapping[str, Any]  # a row of a comparison as plain objects, as ``docs/results`` keeps it
 DIGITS = 8  # of numbers that are kept for a page, which shows fewer
@@ -85,6 +89,16 @@ def keep(document: Any, file: Path) -> None:
 def read_json(file: Path) -> Any:
     """Results as they were kept."""
     return json.loads(file.read_text(encoding="utf-8"))
+
+
+def computed_rows(
+    row_of: Callable[[Any, Path], KeptRow], places: Iterable[Any], directory: Path | None
+) -> Iterator[KeptRow]:
+    """What a function says of each place, by the results in a folder, as it ends; a directory that is kept resumes."""
+    with TemporaryDirectory() as temporary, ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
+        folder = (directory or Path(temporary)).resolve()
+        for computing in as_completed([pool.submit(row_of, place, folder) for place in places]):
+            yield computing.result()
 
 
 def computed_once(run: Run, directory: Path) -> RunResult:

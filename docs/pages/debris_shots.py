@@ -5,18 +5,15 @@ ends; a directory keeps their results. The shots, the cells and the models were 
 """
 
 import math
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import RESULTS, computed_once, in_markdown, keep, read_json, table
-from docs.pages.simulated_shields import WORKERS, drawn, materials_of, rated, simulated
+from docs.pages import RESULTS, computed_rows, in_markdown, keep, read_json, table
+from docs.pages.simulated_shields import computed_wall, drawn, materials_of, rated, simulated
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.materials import Material
@@ -27,7 +24,6 @@ from studies.shields.shots.drawn import Simulated
 from studies.shields.shots.joined import THROUGH_WALL, cells_across
 from studies.shields.shots.judged import ALL, RANGES, Judged, equations, judge
 from studies.shields.shots.table import ShieldShot, published
-from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "debris-shots.json"
 COMMAND = "python -m docs.pages compute debris-shots"
@@ -122,15 +118,10 @@ def compute(directory: Path | None = None) -> None:
     rows = list(stored())
     known = {(row["shot"], row["seed"]) for row in rows}
     missing = sorted((place for place in product(asked(), SEEDS) if place not in known), key=lambda place: cost(*place))
-    with (
-        tempfile.TemporaryDirectory() as temporary,
-        ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
-    ):
-        folder = (directory or Path(temporary)).resolve()
-        for computing in as_completed([pool.submit(computed_row, *place, folder) for place in missing]):
-            rows.append(computing.result())
-            rows.sort(key=lambda row: (list(asked()).index(row["shot"]), row["seed"]))
-            keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": rows}, STORED)
+    for row in computed_rows(computed_row, missing, directory):
+        rows.append(row)
+        rows.sort(key=lambda row: (list(asked()).index(row["shot"]), row["seed"]))
+        keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": rows}, STORED)
 
 
 def cost(name: str, seed: int) -> float:
@@ -146,26 +137,10 @@ def stored() -> Sequence[Mapping[str, Any]]:
     return read_json(STORED)["runs"] if STORED.exists() else []
 
 
-def computed_row(name: str, seed: int, folder: Path) -> Mapping[str, Any]:
+def computed_row(place: tuple[str, int], folder: Path) -> Mapping[str, Any]:
     """What the run of a shot with a seed says of the wall."""
-    about = {"shot": name, "seed": seed}
-    try:
-        run = run_of(asked()[name], seed)
-    except InvalidInput:  # a space too short for two grids: nothing is said of the shot
-        return {**about, "id": "", "state": "refused", "perforated": None, "crater": None, "flags": [], "seconds": 0.0}
-    result = computed_once(run, folder / run.id)
-    outcome = outcome_in(result.as_json(), "wall_perforated")
-    crater = result.measurements.get("wall_crater_depth_over_thickness")
-    print(name, seed, result.state, outcome, flush=True)
-    return {
-        **about,
-        "id": run.id,
-        "state": result.state,
-        "perforated": None if outcome is None else float(outcome),
-        "crater": None if crater is None or crater.value is None else round(float(crater.value), 3),
-        "flags": list(result.flags),
-        "seconds": round(float(result.provenance.get("seconds", math.nan)), 1),
-    }
+    name, seed = place
+    return computed_wall({"shot": name, "seed": seed}, partial(run_of, asked()[name], seed), folder)
 
 
 # ---- judged --------------------------------------------------------------------------------------

@@ -9,16 +9,13 @@ import csv
 import json
 import math
 import random
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import computed_once, table
+from docs.pages import KeptRow, computed_once, computed_rows, in_markdown, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.convergence import experience
@@ -26,7 +23,6 @@ from studies.runs.run import Run, estimate, resolve
 from studies.scenarios.parts.matter import yield_stress
 
 TABLE = Path(__file__).parents[2] / "studies" / "convergence" / "ensemble.csv"
-WORKERS = 2
 SEED = 20261128
 
 # A file for each metal that ships; other files describe the same metals by other models, or tool steel without an
@@ -247,19 +243,13 @@ def further() -> tuple[Series, ...]:
 
 def compute(directory: Path | None = None) -> None:
     """Compute the runs that neither the table nor a directory has, the cheap ones first, and store each as it ends."""
-    rows = {row["id"]: row for row in stored() if row["physics"] == str(PHYSICS_VERSION)}
+    rows: dict[str, KeptRow] = {row["id"]: row for row in stored() if row["physics"] == str(PHYSICS_VERSION)}
     every = (*drawn(), *further()) if experience.stored() else drawn()
     places = [(series.number, cells, offset, run) for series in every for cells, offset, run in series.runs()]
     places.sort(key=lambda place: estimate(place[3]).core_seconds)
-    with (
-        tempfile.TemporaryDirectory() as temporary,
-        ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
-    ):
-        folder = (directory or Path(temporary)).resolve()
-        absent = [place for place in places if place[3].id not in rows]
-        for row in pool.map(computed_row, absent, [folder] * len(absent)):
-            rows[row["id"]] = row
-            store([rows[place[3].id] for place in places if place[3].id in rows])
+    for row in computed_rows(computed_row, [place for place in places if place[3].id not in rows], directory):
+        rows[row["id"]] = row
+        store([rows[place[3].id] for place in places if place[3].id in rows])
 
 
 def computed_row(place: tuple[int, int, float, Run], folder: Path) -> dict[str, Any]:
@@ -299,18 +289,9 @@ def store(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def pages() -> dict[str, str]:
-    """mesh-error.md: the rule, as it was written before the runs, and what they gave."""
-    rule = Path(__file__).with_suffix(".md").read_text(encoding="utf-8")
-    return {"mesh-error.md": "\n".join([rule, *_results()])}
-
-
-def _results() -> Iterator[str]:
-    """What is stored of each quantity: its domain, its coefficients, and how it was tested."""
+    """mesh-error.md: the rule, as it was written before the runs, and what is stored of each quantity by it."""
     plain = json.loads(experience.STORED.read_text(encoding="utf-8"))
     known = plain["quantities"] if plain["physics"] == PHYSICS_VERSION else {}
-    if not known:
-        yield "\n## Results\n\nThe ensemble is not complete, so that every mesh error is unknown.\n"
-        return
     tests, models, domains = [], [], []
     for name, each in known.items():
         kept, tested = experience.Experience.from_json(each), each["tested"]
@@ -329,10 +310,12 @@ def _results() -> Iterator[str]:
         ]
         models.append([f"`{name}`", *coefficients, in_space, "yes" if model.independent else "no"])
         domains.append([f"`{name}`", *(f"{low:.3g} to {high:.3g}" for low, high in vars(kept.domain).values())])
-    yield "\n## Results\n"
     held = ("held, metals left out", "speeds", "t/d", "scale times")
-    yield table(["quantity", "series inside", *held, "bar over error", f"widest bar on {FINE:g} cells"], tests)
-    yield "\n"
-    yield table(["quantity", "coefficients of B", "scale", "times the scale in 3-D", "grids independent"], models)
-    yield "\nThe domains, in SI; more cells than any of the ensemble are inside:\n"
-    yield table(["quantity", *(name.replace("_", " ") for name in next(iter(known.values()))["domain"])], domains)
+    text = in_markdown(
+        "mesh_error",
+        tests=table(["quantity", "series inside", *held, "bar over error", f"widest bar on {FINE:g} cells"], tests),
+        models=table(["quantity", "coefficients of B", "scale", "times the scale in 3-D", "grids independent"], models),
+        domains=table(["quantity", *(each.name.replace("_", " ") for each in fields(experience.Domain))], domains),
+        is_complete=bool(known),
+    )
+    return {"mesh-error.md": text}

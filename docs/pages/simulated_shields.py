@@ -8,25 +8,21 @@ first agree.
 
 import math
 import random
-import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
-from functools import cache
-from itertools import product, repeat
-from multiprocessing import get_context
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from docs.pages import RESULTS, computed_once, in_markdown, keep, read_json, table
+from docs.pages import RESULTS, computed_once, computed_rows, in_markdown, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.outcomes.found import Share
 from studies.quantities.findings import InvalidInput
-from studies.runs.run import resolve
+from studies.runs.run import Run, resolve
 from studies.shields.shots import joined
 from studies.shields.shots.answers import shown
-from studies.shields.shots.drawn import Simulated, SimulationKind, failures_found, stored
+from studies.shields.shots.drawn import Simulated, SimulationKind, failures_found
 from studies.shields.shots.joined import (
     LEAST_CELLS,
     MOST_CELLS,
@@ -36,13 +32,12 @@ from studies.shields.shots.joined import (
     cells_across,
     cells_through,
 )
-from studies.shields.shots.judged import RANGES, Judged, equations, judge, range_of
+from studies.shields.shots.judged import ALL, RANGES, Judged, counted, equations, judge, range_of
 from studies.shields.shots.table import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
 from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "simulated-shields.json"
 COMMAND = "python -m docs.pages compute simulated-shields"
-WORKERS = 2
 
 SEED = 20261125
 EACH = 10  # shots of each outcome in each range of the speed
@@ -125,14 +120,9 @@ def compute(directory: Path | None = None) -> None:
     """
     runs: list[Mapping[str, Any]] = []
     asked = [*product(GRIDS[:1], (*FAILURES, OF_PLATES)), *product(GRIDS[1:], FAILURES)]
-    with (
-        tempfile.TemporaryDirectory() as temporary,
-        ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
-    ):
-        folder = (directory or Path(temporary)).resolve()
-        for grid, failure in asked:
-            shots = [shot for shot in drawn() if grid == GRIDS[0] or simulated(_of(shot, runs)) != "open"]
-            runs += pool.map(computed_row, [(grid, failure, shot) for shot in shots], repeat(folder))
+    for grid, failure in asked:
+        shots = [shot for shot in drawn() if grid == GRIDS[0] or simulated(_of(shot, runs)) != "open"]
+        runs += computed_rows(computed_row, [(grid, failure, shot) for shot in shots], directory)
     runs.sort(key=lambda run: (run["grid"], run["failure"], run["shot"]))
     keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": runs}, STORED)
     joined.store(simulations(runs))
@@ -148,19 +138,26 @@ def computed_row(place: tuple[float, str, int], folder: Path) -> Mapping[str, An
     grid, failure, number = place
     shot = drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in materials_of(shot).items()}
-    about = {"shot": number, "failure": failure, "grid": grid}
+    asked = partial(resolve, "whipple_shield", parameters_of(shot, failure, grid), roles)
+    return computed_wall({"shot": number, "failure": failure, "grid": grid}, asked, folder)
+
+
+def computed_wall(about: Mapping[str, Any], asked: Callable[[], Run], folder: Path) -> Mapping[str, Any]:
+    """What a run says of a wall; where it is refused, because its space is too short for two grids, nothing."""
     try:
-        run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
-    except InvalidInput:  # a space too short for two grids: nothing is said of the shot
-        return {**about, "id": "", "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
+        run = asked()
+    except InvalidInput:
+        return {**about, "id": "", "state": "refused", "perforated": None, "crater": None, "flags": [], "seconds": 0.0}
     result = computed_once(run, folder / run.id)
     outcome = outcome_in(result.as_json(), "wall_perforated")
-    print(shot.source, shot.shot, failure, grid, result.state, flush=True)
+    crater = result.measurements.get("wall_crater_depth_over_thickness")
+    print(*about.values(), result.state, outcome, flush=True)
     return {
         **about,
         "id": run.id,
         "state": result.state,
         "perforated": None if outcome is None else float(outcome),
+        "crater": None if crater is None or crater.value is None else round(float(crater.value), 3),
         "flags": list(result.flags),
         "seconds": round(float(result.provenance.get("seconds", math.nan)), 1),
     }
@@ -234,28 +231,8 @@ def rated(pairs: Sequence[tuple[WallOutcome, Simulated]]) -> tuple[Judged, int]:
     >>> judged.right, judged.unsafe, undecided
     (Share(count=1, of=2), Share(count=1, of=2), 1)
     """
-    decided = [(measured, told) for measured, told in pairs if told != "open"]
-    perforated, held = OUTCOMES
-    failures = [told for measured, told in decided if measured == perforated]
-    judged = Judged(
-        "simulation",
-        "all",
-        right=Share(sum(measured == told for measured, told in decided), len(decided)),
-        unsafe=Share(decided.count((perforated, held)), len(decided)),
-        careful=Share(decided.count((held, perforated)), len(decided)),
-        caught=Share(failures.count(perforated), len(failures)),
-    )
-    return judged, len(pairs) - len(decided)
-
-
-@dataclass(frozen=True)
-class OfTheMesh:
-    """How many of the shots that the first grid decides keep their outcome on the finer one."""
-
-    decided: int
-    ended: int  # of these, with all runs of the rule
-    kept: int
-    turned: int  # of which a run says the other outcome
+    decided = [(told == "perforated", measured == "perforated") for measured, told in pairs if told != "open"]
+    return counted("simulation", ALL, decided), len(pairs) - len(decided)
 
 
 def pages() -> dict[str, str]:
@@ -291,7 +268,6 @@ def pages() -> dict[str, str]:
         decided=decided,
         right=judged.right,
         always=[name for name, share in right.items() if share.count == share.of],
-        joined=_joined_ranges(kinds),
         tables={
             "what_tells": _what_tells(first, told, decided, of_rule),
             "by_speed": table(["speed", *OUTCOMES], list(_by_speed(told))),
@@ -328,23 +304,13 @@ def _what_tells(
     return table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows)
 
 
-def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> OfTheMesh:
+def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> Mapping[str, int]:
+    """Shots that the first grid decides; of these with all runs of the rule; that keep their outcome; that turn it."""
     before = {shot for shot in drawn() if simulated(_of(shot, first)) != "open"}
     after = {shot: outcome for shot, outcome in _ended(runs).items() if shot in before}
     kept = sum(outcome != "open" for outcome in after.values())
     turned = sum({run["perforated"] for run in _of(shot, runs)} >= {0.0, 1.0} for shot in after)
-    return OfTheMesh(len(before), len(after), kept, turned)
-
-
-def _joined_ranges(kinds: Iterable[SimulationKind]) -> list[str]:
-    """The kinds of simulation that reports join, with the range of the speed."""
-    joints = {kind: stored().get(kind.name) for kind in kinds}
-    return [
-        f"failure {kind.name} {where}"
-        for kind, constants in joints.items()
-        for where, low, _ in RANGES
-        if constants is not None and constants.is_joined_at(low)
-    ]
+    return {"decided": len(before), "ended": len(after), "kept": kept, "turned": turned}
 
 
 def _joined(kinds: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> str:

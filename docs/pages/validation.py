@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -48,7 +48,8 @@ def compute(directory: Path | None = None, *names: Path) -> None:
 def _computed(chosen: str, place: Path) -> dict[str, Any]:
     """Rows of a case, and at the level ``fine`` the numbers of its pictures."""
     settings = Settings(data=place / STORE)
-    name, level = chosen.partition("/")[0], _level(chosen)
+    name, _, other = chosen.partition("/")
+    level = cast(validation.ValidationLevel, other or LEVEL)
     showing = nullcontext(lambda status: None)
     rows = [plain(row.as_json()) for _, row in validated(selected([name]), level, place, settings, lambda _: showing)]
     case = validation.load(name)
@@ -67,12 +68,6 @@ def _kept(picture: Picture) -> dict[str, Any]:
             points = np.column_stack([places, np.interp(places, *points.T)])
         lines.append({**asdict(line), "points": [[short(each, DRAWN) for each in point] for point in points.tolist()]})
     return {**asdict(picture), "lines": lines}
-
-
-def _level(chosen: str) -> validation.ValidationLevel:
-    """The level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
-    other = chosen.partition("/")[2]
-    return next((level for level in validation.LEVELS if level == other), LEVEL)
 
 
 def pages() -> dict[str, str]:

@@ -110,8 +110,7 @@ COMMANDS = Commands("answering", SHIPPED, app, place=1, demo=_print_examples)
 
 
 def _show_answer(answer: ShotAnswer, varied: list[str]) -> None:
-    target = targets()[answer.target]
-    told = target.told(answer.addition) if answer.addition else None
+    told = answer.addition.told if answer.addition else None
     if varied:
         values = ((name, answer.parameters[name], shot_parameters()[name].unit) for name in varied)
         said = (f"{name} {value_with_unit(value, unit)}" for name, value, unit in values)
@@ -142,5 +141,5 @@ def _show_answer(answer: ShotAnswer, varied: list[str]) -> None:
         shots = [(near.shot, near.printed()) for near in answer.shots]
         measured = [(s.quantity.replace("_", " "), text, s.source, s.confidence, s.note) for s, text in shots]
         print_table(("measured", "value", "source", "confidence", "note"), measured)
-    elif target.table:
+    elif targets()[answer.target].table:
         say("\nNo published shot of these metals ships.")

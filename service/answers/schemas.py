@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field, create_model
 from pydantic.json_schema import models_json_schema
 
 from service.api.schemas import COMPONENTS, Answer, LawModel
-from studies.answers.targets import AnsweredTarget, targets
+from studies.answers.targets import Addition, targets
 from studies.laws import RangeStatus
 from studies.quantities.parameters import Value
 from studies.sweeps.schema import Schemas
@@ -87,15 +87,16 @@ def answer_schemas(name: str) -> Schemas:
 
 def answer_model(name: str = "LawsAnswer") -> type[BaseModel]:
     """The model of an answer, with what the targets add."""
-    added: dict[str, Any] = {each: (_added(target) | None, ...) for each, target in targets().items() if target.adds}
+    added: dict[str, Any] = {
+        each: (_added(target.addition) | None, ...) for each, target in targets().items() if target.addition
+    }
     item: Any = create_model("ShotAnswerModel", __base__=ShotAnswerModel, __doc__=ShotAnswerModel.__doc__, **added)
     items: Any = (list[item], ...)
     return create_model(name, __base__=LawsAnswerModel, __doc__=LawsAnswerModel.__doc__, items=items)
 
 
-def _added(target: AnsweredTarget) -> type[BaseModel]:
+def _added(record: type[Addition]) -> type[BaseModel]:
     """The model of what a target says besides its laws."""
-    record = target.record()
     hints: dict[str, Any] = {"sentence": str, **get_type_hints(record)}
     fields: dict[str, Any] = {name: (hint, ...) for name, hint in hints.items()}
     return create_model(f"{record.__name__}Model", __base__=Answer, __doc__=record.__doc__, **fields)

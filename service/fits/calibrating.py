@@ -53,14 +53,15 @@ def calibrate(
 def _calibrate(folder: Path, table: str, material: "Material", shots: "BarStrains", *, leave_out: bool) -> None:
     from studies.cubes.opening import whole_cube
     from studies.fits.calibration import results
-    from studies.fits.calibration.design import box_of
-    from studies.fits.calibration.emulator import emulators_of
+    from studies.fits.calibration.design import prior_of
+    from studies.fits.calibration.emulator import emulator_of
     from studies.fits.calibration.picture import draw
     from studies.fits.calibration.posterior import Calibration, posterior_of
     from studies.fits.calibration.prediction import leave_series_out, predict
 
-    emulators = emulators_of(whole_cube(folder / BARS), shots.diameter, shots.names)
-    calibration = Calibration(shots, emulators, box_of(material))
+    cube = whole_cube(folder / BARS)
+    emulators = {name: emulator_of(cube, shots.diameter, name) for name in shots.names}
+    calibration = Calibration(shots, emulators, prior_of(material))
     posterior = posterior_of(calibration)
     predicted = predict(posterior, shots)
     print(f"{material.name} from {table}")

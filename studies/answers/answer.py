@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
+
+from pydantic_core import from_json, to_json
 
 from studies import laws, materials
 from studies.answers.question import Question
@@ -44,7 +46,7 @@ class LawAnswer:
         """Plain values, SI."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}
         range_of: dict[str, Plain] = {"in_range": self.in_range, "range_status": self.status, "outside": self.outside}
-        return {"law": self.law.name, **_without_nan(numbers), **range_of}
+        return {"law": self.law.name, **_plain(numbers), **range_of}
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class ShotAnswer:
         """Plain values, SI, for a program; the addition of a target stands under its name."""
         additions: dict[str, Plain] = {name: None for name, target in targets().items() if target.adds}
         if self.addition:
-            additions[self.target] = {**_without_nan(asdict(self.addition)), "sentence": self.addition.sentence}
+            additions[self.target] = {**_plain(self.addition), "sentence": self.addition.sentence}
         return {
             "headline": self.headline(),
             "parameters": {name: value for name, value in self.parameters.items() if value is not None},
@@ -160,8 +162,10 @@ def answers(question: Question) -> Iterator[ShotAnswer]:
 
 def answer(shot: Shot, target: str, parameters: Mapping[str, Value]) -> ShotAnswer:
     """The answer to one shot."""
-    near, addition = tuple(nearest(shot, target)), targets()[target].addition(shot)
-    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), near, addition)
+    near, addition = tuple(nearest(shot, target)), targets()[target].addition
+    return ShotAnswer(
+        parameters, target, tuple(_quantities(shot, target)), near, addition.of(shot) if addition else None
+    )
 
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
@@ -236,14 +240,6 @@ def printed_bounds(low: float, high: float, unit: str) -> str:
     return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
-def _without_nan(values: Mapping[str, Plain]) -> dict[str, Plain]:
-    """Plain values as JSON has them: None in place of NaN."""
-
-    def plain(value: Plain) -> Plain:
-        if isinstance(value, Mapping):
-            return _without_nan(value)
-        if isinstance(value, list | tuple):
-            return [plain(part) for part in value]
-        return None if isinstance(value, float) and math.isnan(value) else value
-
-    return {name: plain(value) for name, value in values.items()}
+def _plain(value: object) -> dict[str, Plain]:
+    """A record or a mapping as JSON has it: None in place of NaN."""
+    return dict(from_json(to_json(value, inf_nan_mode="null")))

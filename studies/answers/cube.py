@@ -57,9 +57,10 @@ def cube_of(question: Question) -> "xr.Dataset":
         ):
             about = variable.filled(asked).attributes
             variables[f"{variable.named(asked.name)}{end}"] = (dims, values.reshape(shape), about)
-    additions = [answer.addition for answer in every if answer.addition]
-    added = targets()[question.target].variables(additions, names, question.shape)
-    coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
+    if addition := targets()[question.target].addition:
+        additions = [answer.addition for answer in every if answer.addition]
+        added = addition.variables(additions, names, question.shape)
+        coordinates, variables = {**coordinates, **added[0]}, {**variables, **added[1]}
     dataset = xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
     return dataset.transpose(*names, ...)
 

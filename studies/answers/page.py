@@ -43,7 +43,6 @@ def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Fi
         readable=readable,
         unit=lambda unit: display_of(unit).unit,
         title=lambda law: laws.load(law).title,
-        **target.words(),
     )
 
 

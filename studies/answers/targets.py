@@ -5,11 +5,12 @@ entry-point group ``whipple.studies.answers.targets``. Nothing heavy is imported
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 from solver.registry import entries
 from studies.laws import Shot, shot_from, target_of
@@ -25,7 +26,15 @@ if TYPE_CHECKING:
 # Dimensions, values and attributes.
 Variable: TypeAlias = "tuple[tuple[str, ...] | str, np.ndarray | Sequence[Plain], Mapping[str, str | np.ndarray]]"
 Variables = Mapping[str, Variable]
-Words = Mapping[str, Callable[..., Plain] | tuple[str, ...]]  # what templates call
+
+
+@dataclass(frozen=True)
+class Told:
+    """An addition as people read it: lines, and a table."""
+
+    lines: tuple[str, ...]
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -37,14 +46,22 @@ class Addition(ABC):
     def sentence(self) -> str:
         """The headline, in at most twenty words."""
 
+    @property
+    @abstractmethod
+    def told(self) -> Told:
+        """The headline first."""
 
-@dataclass(frozen=True)
-class Told:
-    """An addition as a terminal prints it: lines, and a table below what laws say."""
+    @classmethod
+    @abstractmethod
+    def of(cls, shot: Shot) -> Self:
+        """What is said of a shot."""
 
-    lines: tuple[str, ...]
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    @staticmethod
+    @abstractmethod
+    def variables(
+        additions: "Sequence[Addition]", axes: tuple[str, ...], shape: tuple[int, ...]
+    ) -> tuple[Variables, Variables]:
+        """Coordinates and variables over axes, of what is said of each shot, the last axis fastest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +76,7 @@ class AnsweredTarget:
     own: tuple[str, ...] = ()  # those of every shot that tell it from others, where it has no record
     roles: tuple[str, ...] = ("projectile", "target")  # parameters that name a material
     example: Path | None = None  # a question that ships
-    adds: bool = False  # whether it has an addition
+    adds: str = ""  # the record of its additions, "module:name": nothing is imported here
     untold: tuple[str, ...] = ()  # quantities that its page tells without the laws' table
     # Templates of a page: beside its first line, behind its picture, and before the sources.
     templates: Mapping[str, str] = field(default_factory=dict)
@@ -80,17 +97,11 @@ class AnsweredTarget:
         """The shot of stated parameters and materials by name; raises InvalidInput."""
         return shot_from(stated, {role: materials[str(stated[role])] for role in self.roles if role in stated})
 
-    def addition(self, shot: Shot) -> Addition | None:
-        """What it says of a shot besides the laws."""
-        return None
-
-    def record(self) -> type[Addition]:
-        """The record of its additions."""
-        raise NotImplementedError
-
-    def told(self, addition: Addition) -> Told:
-        """Its addition for a terminal."""
-        raise NotImplementedError
+    @property
+    def addition(self) -> type[Addition] | None:
+        """The record of what it says of a shot besides the laws."""
+        record: type[Addition] | None = resolve_name(self.adds) if self.adds else None
+        return record
 
     def picture(self, shot: Shot) -> Figure | None:
         """A picture of its own; None for that of its laws over the speed."""
@@ -99,16 +110,6 @@ class AnsweredTarget:
     def sizes(self, shot: Shot) -> Sequence[tuple[str, float]]:
         """Sizes of a shot at it besides the plate's thickness: a word or none, and m."""
         return ()
-
-    def words(self) -> Words:
-        """What its templates call."""
-        return {}
-
-    def variables(
-        self, additions: Sequence[Addition], axes: tuple[str, ...], shape: tuple[int, ...]
-    ) -> tuple[Variables, Variables]:
-        """Coordinates and variables over axes, of its addition to each shot, the last axis fastest."""
-        return {}, {}
 
 
 @cache

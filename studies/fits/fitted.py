@@ -4,10 +4,14 @@
 of the fitted points and their source, so that nothing else is needed to evaluate it.
 """
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field, StringConstraints, ValidationError
+from pydantic_core import ErrorDetails
 
 from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
@@ -16,11 +20,8 @@ from studies.laws._range import length_ratio, speed, thickness_ratio
 from studies.laws.documents import LawReader
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import Plain
-from studies.quantities.units import is_number, parse_quantity, readable
+from studies.quantities.units import parse_quantity, readable
 
-KEYS = ("law", "title", "quantity", "form", "equation", "constants", "level", "points", "scatter", "range", "source")
-RANGE_KEYS = ("speed", "thickness_ratio", "length_ratio", "materials")
-LONGEST = 500  # characters of a text
 EXAMPLE = "write it with `whipple fit CUBE --form power --out FILE`"
 
 
@@ -128,118 +129,98 @@ def _materials(law: FittedLaw) -> Limit:
 
 # ---- from a document -----------------------------------------------------------------------------
 
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=500)]
+Ends = Annotated[list[float | str], Field(min_length=2, max_length=2)]  # with a unit where there is one
+
+
+class _Part(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
+    """A part of a document, which has no key besides its own."""
+
+
+class _Constant(_Part):
+    value: float
+    low: float
+    high: float
+
+
+class _Range(_Part):
+    speed: Ends
+    thickness_ratio: Ends | None = None
+    length_ratio: Ends
+    materials: Annotated[list[str], Field(min_length=2, max_length=2)]
+
+
+class _Document(_Part):
+    """A law as ``FittedLaw.document`` writes it; the equation is that of its form."""
+
+    law: Text
+    title: Text
+    quantity: Text
+    form: str
+    equation: str = ""
+    constants: dict[str, _Constant]
+    level: Annotated[float, Field(ge=0.0, le=1.0)]
+    points: Annotated[int, Field(ge=1)]
+    scatter: Annotated[float, Field(ge=0.0)]
+    range: _Range
+    source: Text
+
 
 def read_law(document: object, path: str) -> FittedLaw:
     """The law of a document; raises InvalidInput with every finding, each below ``path``."""
     if not isinstance(document, Mapping):
         raise refusal(path, document, "the content of the file of a fit", EXAMPLE)
-    return _Reading(document, path).law()
+    try:
+        read = _Document.model_validate_json(json.dumps(document, default=str))
+    except ValidationError as error:
+        raise InvalidInput([_finding(each, path) for each in error.errors()]) from None
+    form, findings = FORMS.get(read.form), Findings()
+    if form is None:
+        raise refusal(f"{path}.form", read.form, "a form of law", nearest_cure(read.form, FORMS))
+    if read.law in shipped():
+        limit = "a name that no published law has"
+        findings.append(Finding(f"{path}.law", read.law, limit, f"call it my-{read.law}"))
+    if read.quantity not in form.quantities:
+        cure = nearest_cure(read.quantity, form.quantities)
+        findings.append(Finding(f"{path}.quantity", read.quantity, f"a quantity of the form {form.name}", cure))
+    if {*read.constants} != {*form.constants}:
+        limit = f"the constants {', '.join(form.constants)}"
+        findings.append(Finding(f"{path}.constants", shown(", ".join(read.constants)), limit, EXAMPLE))
+    ends: dict[str, Any] = {}
+    for name, unit in (("speed", "m s-1"), ("thickness_ratio", "1"), ("length_ratio", "1")):
+        stated = getattr(read.range, name)
+        ends[name] = stated and findings.attempt(_ends, stated, unit, f"{path}.range.{name}")
+    findings.check()
+    return FittedLaw(
+        name=read.law,
+        title=read.title,
+        quantity=read.quantity,
+        form=form,
+        constants={name: FittedConstant(**read.constants[name].model_dump()) for name in form.constants},
+        level=read.level,
+        points=read.points,
+        scatter=read.scatter,
+        range=FittedRange(**ends, materials=(read.range.materials[0], read.range.materials[1])),
+        source=read.source,
+    )
+
+
+def _finding(error: ErrorDetails, path: str) -> Finding:
+    field = ".".join([path, *map(str, error["loc"])])
+    if error["type"] == "extra_forbidden":
+        key = str(error["loc"][-1])
+        return Finding(field, key, "a key of a fit", nearest_cure(key, _Document.model_fields))
+    if error["type"] == "missing":
+        return Finding(field, "nothing", "a value", EXAMPLE)
+    return Finding(field, shown(error["input"]), error["msg"], EXAMPLE)
+
+
+def _ends(stated: Sequence[float | str], unit: str, field: str) -> tuple[float, float]:
+    """Two numbers in SI, the smaller first; raises InvalidInput."""
+    low, high = (float(parse_quantity(end, unit, field)) for end in stated)
+    if not low <= high:
+        raise refusal(field, stated, "[smallest, largest]", "exchange the two")
+    return low, high
 
 
 READER = LawReader("fitted", read_law)
-
-
-class _Reading:
-    """One document being read, with the findings so far."""
-
-    def __init__(self, document: Mapping[str, object], path: str):
-        self.document, self.path, self.findings = document, path, Findings()
-
-    def law(self) -> FittedLaw:
-        for key in self.document:
-            if key not in KEYS:
-                self._refuse(key, key, "a key of a fit", nearest_cure(key, KEYS))
-        form = FORMS.get(str(self.document.get("form")))
-        if form is None:
-            name = self.document.get("form")
-            self._refuse("form", name, "a form of law", nearest_cure(name, FORMS))
-            raise InvalidInput(self.findings)
-        name, quantity = self._text("law"), self._text("quantity")
-        if name in shipped():
-            self._refuse("law", name, "a name that no published law has", f"call it my-{name}")
-        if quantity not in form.quantities:
-            cure = nearest_cure(quantity, form.quantities)
-            self._refuse("quantity", quantity, f"a quantity of the form {form.name}", cure)
-        points = self._number("points", self.document.get("points"), 1.0, 1e9)
-        law = FittedLaw(
-            name=name,
-            title=self._text("title"),
-            quantity=quantity,
-            form=form,
-            constants=self._constants(form),
-            level=self._number("level", self.document.get("level"), 0.0, 1.0),
-            points=0 if math.isnan(points) else int(points),
-            scatter=self._number("scatter", self.document.get("scatter"), 0.0, math.inf),
-            range=self._range(),
-            source=self._text("source"),
-        )
-        if self.findings:
-            raise InvalidInput(self.findings)
-        return law
-
-    def _refuse(self, key: str, value: object, limit: str, cure: str) -> None:
-        self.findings.append(Finding(f"{self.path}.{key}", shown(value), limit, cure))
-
-    def _text(self, key: str) -> str:
-        text = self.document.get(key)
-        if isinstance(text, str) and 0 < len(text.strip()) <= LONGEST:
-            return text.strip()
-        self._refuse(key, text, f"a text of at most {LONGEST} characters", EXAMPLE)
-        return ""
-
-    def _number(self, key: str, raw: object, low: float, high: float) -> float:
-        if isinstance(raw, int | float) and is_number(raw) and low <= raw <= high and math.isfinite(raw):
-            return float(raw)
-        self._refuse(key, raw, f"a number from {low:g} to {high:g}", EXAMPLE)
-        return math.nan
-
-    def _constants(self, form: Form) -> dict[str, FittedConstant]:
-        stated = self.document.get("constants")
-        if not isinstance(stated, Mapping) or set(stated) != set(form.constants):
-            limit = f"the constants {', '.join(form.constants)}"
-            self._refuse("constants", stated, limit, EXAMPLE)
-            return {}
-        read = {}
-        for name in form.constants:
-            part = stated[name] if isinstance(stated[name], Mapping) else {}
-            numbers = [
-                self._number(f"constants.{name}.{key}", part.get(key), -math.inf, math.inf)
-                for key in ("value", "low", "high")
-            ]
-            read[name] = FittedConstant(*numbers)
-        return read
-
-    def _range(self) -> FittedRange:
-        stated = self.document.get("range")
-        if not isinstance(stated, Mapping) or not set(stated) <= set(RANGE_KEYS):
-            self._refuse("range", stated, f"a mapping with {', '.join(RANGE_KEYS)}", EXAMPLE)
-            stated = {}
-        materials = stated.get("materials")
-        if not _is_pair(materials) or not all(isinstance(name, str) for name in materials):
-            self._refuse("range.materials", materials, "[projectile, target]", EXAMPLE)
-            materials = ("", "")
-        thickness = stated.get("thickness_ratio")
-        return FittedRange(
-            speed=self._pair("range.speed", stated.get("speed"), "m s-1"),
-            thickness_ratio=None if thickness is None else self._pair("range.thickness_ratio", thickness, "1"),
-            length_ratio=self._pair("range.length_ratio", stated.get("length_ratio"), "1"),
-            materials=(str(materials[0]), str(materials[1])),
-        )
-
-    def _pair(self, key: str, raw: object, unit: str) -> tuple[float, float]:
-        """Two numbers in SI, the smaller first."""
-        if not _is_pair(raw):
-            self._refuse(key, raw, "[smallest, largest]", EXAMPLE)
-            return (math.nan, math.nan)
-        try:
-            low, high = (float(parse_quantity(end, unit, f"{self.path}.{key}")) for end in raw)
-        except InvalidInput as error:
-            self.findings.extend(error.findings)
-            return (math.nan, math.nan)
-        if not low <= high:
-            self._refuse(key, raw, "[smallest, largest]", "exchange the two")
-        return (low, high)
-
-
-def _is_pair(raw: object) -> TypeGuard[Sequence[object]]:
-    return isinstance(raw, Sequence) and not isinstance(raw, str) and len(raw) == 2

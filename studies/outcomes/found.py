@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from solver.registry import entries
+from studies.quantities.display import NONE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,14 @@ class Share:
         middle = (self.value + square / 2.0) / (1.0 + square)
         half = math.sqrt(square * self.value * (1.0 - self.value) + square**2 / 4.0) / (1.0 + square)
         return max(0.0, middle - half), min(1.0, middle + half)
+
+    @property
+    def in_words(self) -> str:
+        """With its interval: "7 of 9 (45 to 94 %)"."""
+        if not self.of:
+            return NONE
+        low, high = (f"{100.0 * bound:.0f}" for bound in self.interval)
+        return f"{self.count} of {self.of} ({low} to {high} %)"
 
 
 Shares = Sequence[Share | None]

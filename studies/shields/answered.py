@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from solver.units import Described, Metre, Pascal
-from studies.answers.targets import AnsweredTarget, Told, Variables, Words
+from studies.answers.targets import AnsweredTarget
 from studies.laws import Shot
 from studies.laws.targets import Stated
 from studies.materials import Material
@@ -16,9 +16,6 @@ from studies.quantities.parameters import MaterialName, Parameter, Plain, declar
 from studies.reports.figure import Figure
 from studies.shields.bumpers import BUMPERS, FurtherBumpers
 from studies.shields.shield import CRITICAL_DIAMETER, NEEDED, ShotAtShield, reshielded
-
-if TYPE_CHECKING:
-    from studies.shields.shots.answers import ShieldAnswer
 
 PLATE = ("target", "plate_thickness")  # parameters of a plate or a block alone
 
@@ -67,28 +64,6 @@ class AnsweredShield(AnsweredTarget):
             raise refusal("wall", whole["wall"], "a material that states a yield stress", cure)
         return reshielded(shot, wall_yield_stress=stress)
 
-    def addition(self, shot: Shot) -> "ShieldAnswer":
-        """What equations and shots say of it."""
-        from studies.shields.shots.answers import answer
-
-        assert isinstance(shot, ShotAtShield)
-        return answer(shot)
-
-    def record(self) -> "type[ShieldAnswer]":
-        """The record of what equations and shots say."""
-        from studies.shields.shots.answers import ShieldAnswer
-
-        return ShieldAnswer
-
-    def told(self, addition: "ShieldAnswer") -> Told:  # type: ignore[override]  # its own addition
-        """The sentence, what has no probability and why, ordered shots; and the sizes that are just safe."""
-        from studies.shields.safe import COLUMNS, of_ordered_shots, safe_sizes_of
-
-        unlikely = (f"no probability: {reason}" for reason in addition.outside[1:])
-        rows = ((limit, *found) for limit, found in safe_sizes_of(addition).items())
-        lines = (addition.sentence, *unlikely, of_ordered_shots(addition))
-        return Told(lines, ("still safe", *COLUMNS), tuple(rows))
-
     def picture(self, shot: Shot) -> Figure:
         """Critical diameter against speed, with every equation and the shots on shields like it."""
         from studies.shields.picture import picture
@@ -102,27 +77,6 @@ class AnsweredShield(AnsweredTarget):
             return ()
         return ("", shot.shield.stand_off), ("wall", shot.shield.wall_thickness)
 
-    def words(self) -> Words:
-        """What its templates call."""
-        from studies.shields import safe
-        from studies.shields.shots.table import citation
-
-        return {
-            "safe_sizes_of": safe.safe_sizes_of,
-            "of_ordered_shots": safe.of_ordered_shots,
-            "share": safe.share,
-            "columns": safe.COLUMNS,
-            "citation": citation,
-        }
-
-    def variables(  # type: ignore[override]  # its own additions
-        self, additions: "Sequence[ShieldAnswer]", axes: tuple[str, ...], shape: tuple[int, ...]
-    ) -> tuple[Variables, Variables]:
-        """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
-        from studies.shields.cube import variables_of
-
-        return variables_of(additions, axes, shape)
-
 
 TARGET = AnsweredShield(
     name="shield",
@@ -130,7 +84,7 @@ TARGET = AnsweredShield(
     parameters=ShieldParameters,
     roles=("projectile", *BUMPERS, "wall"),
     example=Path(__file__).with_name("shield.yaml"),
-    adds=True,
+    adds="studies.shields.shots.answers:ShieldAnswer",
     untold=(CRITICAL_DIAMETER,),
     templates={
         "note": "studies.shields:answer_note.html",

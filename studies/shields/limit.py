@@ -2,15 +2,16 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, places_of, plain, simulated_values
+from studies.cubes.points import Place, axes_of, by_run, is_same, places_of, plain, simulated_values
 from studies.cubes.variable import variable_name
 from studies.laws import DRAWN_ONLY
 from studies.outcomes.found import Share
@@ -22,10 +23,14 @@ from studies.reports.records import Outcome
 from studies.shields.section import Equation, Incomparable, ShieldLimit, WallRun
 from studies.shields.shield import CRITICAL_DIAMETER, WALL_PERFORATED, ShotAtShield
 from studies.shields.shots.answers import SHORT
+from studies.shields.shots.chance import probability
 from studies.shields.shots.drawn import failures_found
+from studies.shields.shots.outside import outside_of_shots
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
+
+ROUNDED = 1e-6  # relative: of a size, or a speed
 
 
 def has_limits(points: xr.Dataset) -> bool:
@@ -104,6 +109,36 @@ def shots_of(dataset: xr.Dataset) -> list[tuple[Place, ShotAtShield]]:
 def shots_at(shots: Sequence[tuple[Place, ShotAtShield]], at: Place) -> list[ShotAtShield]:
     """The shots at values of axes."""
     return [shot for place, shot in shots if all(place[name] == value for name, value in at.items())]
+
+
+def shot_of(
+    shots: Sequence[ShotAtShield], speed: float, diameter: float, *, is_sphere: bool = True
+) -> ShotAtShield | None:
+    """The shot of a run; None where a search tried a cylinder that no shot of the sweep is of."""
+    for shot in shots:
+        if is_same(shot.speed, speed, ROUNDED) and is_same(shot.projectile_diameter, diameter, ROUNDED):
+            return shot
+    return replace(shots[0], speed=speed, projectile_diameter=diameter) if shots and is_sphere else None
+
+
+def with_chances(
+    points: xr.Dataset, runs: Sequence[WallRun], shots: Sequence[tuple[Place, ShotAtShield]]
+) -> Iterator[WallRun]:
+    """The runs of all points with a probability; without it outside of all shots, and where no equation covers one."""
+    axes = of_shield(points)
+    at_shield: dict[tuple[float | str, ...], list[ShotAtShield]] = {}
+    for place, shot in shots:
+        at_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
+    columns = zip(places_of(points), by_run(points, "speed"), by_run(points, "projectile_shape"), runs, strict=True)
+    for place, speed, shape, run in columns:
+        mine = at_shield.get(tuple(place[axis] for axis in axes), ())
+        told = shot_of(mine, float(speed), run.diameter, is_sphere=str(shape) == "sphere")
+        if told is None or math.isnan(run.diameter):  # a point of a search that has no run
+            yield run
+        elif (chance := probability(told)) is not None:
+            yield replace(run, probability=chance)
+        else:
+            yield replace(run, outside=next(outside_of_shots(told), ""))
 
 
 def wall_runs(points: xr.Dataset) -> list[WallRun]:

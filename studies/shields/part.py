@@ -11,8 +11,7 @@ from studies.reports.records import Outcome
 from studies.reports.section import Part, Source
 from studies.reports.wording import text_template, worded
 from studies.shields.figure import shield_figure
-from studies.shields.limit import has_limits, shield_limits, shots_at, shots_of, wall_runs
-from studies.shields.probability import shot_of, with_chances
+from studies.shields.limit import has_limits, shield_limits, shot_of, shots_at, shots_of, wall_runs, with_chances
 from studies.shields.section import BallisticLimit, Beside, Equation, OrderedShots, ShieldLimit, WallRun
 from studies.shields.shield import ShotAtShield
 from studies.shields.shots import answers
@@ -32,7 +31,7 @@ def part_of(source: Source) -> Part | None:
     if not has_limits(points):
         return None
     shots = shots_of(dataset)
-    rows = shield_limits(points, with_chances(dataset, points, wall_runs(points), shots))
+    rows = shield_limits(points, [*with_chances(points, wall_runs(points), shots)])
     if not rows:
         return None
     opening = _opening_run(rows) or _opening_limit(rows)
@@ -89,7 +88,7 @@ def _opening_run(rows: Sequence[ShieldLimit]) -> ShieldOpening | None:
     """The shot most likely to fail; None where a shield has several, or one has no probability."""
     ranked: list[tuple[float, ShieldLimit]] = []
     for limit in rows:
-        chance = limit.runs[0].joined or limit.runs[0].before
+        chance = limit.runs[0].probability
         if len(limit.runs) != 1 or chance is None:
             return None
         ranked.append((chance.value, limit))

@@ -32,26 +32,6 @@ class Incomparable(StrEnum):
     NO_END = "no_end"
 
 
-class Apart(StrEnum):
-    """Why a simulation is not joined with the probability."""
-
-    NO_SUCH_SHOTS = "no_such_shots"  # with this failure, and as many grids
-    NO_GAIN = "no_gain"  # at such speeds they are not seen to improve it
-    ANGLE = "angle"
-    SETTING = "setting"
-    CELLS_ACROSS = "cells_across"  # too few
-    CELLS_THROUGH = "cells_through"
-
-
-@dataclass(frozen=True)
-class NotJoined:
-    """Why a simulation is not joined, with the setting that differs; of cells the least number."""
-
-    reason: Apart
-    setting: str = ""
-    value: float | str | None = None
-
-
 @dataclass(frozen=True)
 class WallRun:
     """What the projectile of a point did to the wall, and how likely the wall fails."""
@@ -63,10 +43,8 @@ class WallRun:
     grids: str  # what its grids say together; empty of one grid
     flags: tuple[str, ...]
     doubts: tuple[str, ...]  # the flags that leave it open
-    before: Probability | None = None  # from equations and shots
-    joined: Probability | None = None  # with the simulation
+    probability: Probability | None = None  # from equations and shots
     outside: str = ""  # why the shot is like none of the published ones
-    apart: NotJoined | None = None
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from tests.claims.marked import claimed
 from tests.claims.rows import equal
 
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+SHIELD = (DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8")
+RUNS = read_json(simulated_shields.STORED)["runs"]
 
 
 @pytest.mark.parametrize(
@@ -49,21 +51,15 @@ def test_page__shows_the_output_of_its_commands(name: str, tmp_path: Path) -> No
     assert shown > 3
 
 
-def test_page_of_the_shield__has_the_counts_of_the_published_shots() -> None:
-    text = " ".join((DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8").split())
-    shots = published().shots
-    careful = judge(laws.load("whipple_srl"), shots, "all")
-    best = max(judge(law, shots, "all").right.value for law in equations())
+def test_page_of_the_shield__has_the_counts_of_published_and_simulated_shots() -> None:
+    text, shots = " ".join(SHIELD.split()), published().shots
+    careful = judge(laws.load("whipple_srl"), shots)
+    best = max(judge(law, shots).right.value for law in equations())
     assert f"{len(shots)} published shots" in text
     assert f"{100.0 * careful.unsafe.value:.1f} % of the shots were said to hold and did not" in text
     assert f"{100.0 * careful.careful.value:.0f} % were said to fail and held" in text
     assert f"The best equation is right in {100.0 * best:.0f} % of the shots" in text
-
-
-def test_page_of_the_shield__has_the_counts_of_the_simulated_shots() -> None:
-    text = " ".join((DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8").split())
-    runs = read_json(simulated_shields.STORED)["runs"]
-    first = [run for run in runs if run["grid"] == simulated_shields.GRIDS[0]]
+    first = [run for run in RUNS if run["grid"] == simulated_shields.GRIDS[0]]
     for failure, said in (("void-growth", "was right about"), ("none", "the default of shields, it was right about")):
         told = [(shot.outcome, says) for shot, says in simulated_shields.outcomes(first, [failure])]
         right = simulated_shields.rated(told)[0].right
@@ -82,29 +78,20 @@ def test_pages_about_simulated_walls__begin_with_how_many_failures_they_find(com
     """What a simulated wall that holds is worth stands first, and what all runs together decide after it."""
     found = failures_found("void-growth", 3e3)
     assert found is not None
-    pages = {page: (DOCS / f"{page}.md").read_text(encoding="utf-8") for page in ("does-my-shield-hold",)}
-    pages["simulated-shields"] = simulated_shields.pages()["simulated-shields.md"]
-    for name, said in (
-        ("does-my-shield-hold", f"of {found.of} published walls that were perforated"),
-        ("simulated-shields", f"Of the {found.of} drawn walls that were perforated"),
+    for page, said in (
+        (SHIELD, f"of {found.of} published walls that were perforated"),
+        (simulated_shields.pages()["simulated-shields.md"], f"Of the {found.of} drawn walls that were perforated"),
     ):
-        first = pages[name].split("\n\n")[1].replace("\n", " ")
+        first = page.split("\n\n")[1].replace("\n", " ")
         compared(
-            equal(f"{name}: begins with the failures", expected=True, got=said in first),
-            equal(f"{name}: says how many", expected=True, got=f"found {found.count}" in first),
+            equal("begins with the failures", expected=True, got=said in first),
+            equal("says how many", expected=True, got=f"found {found.count}" in first),
         )
-    text = (DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8")
-    kinds = simulated_shields.simulations(read_json(simulated_shields.STORED)["runs"])
+    kinds = simulated_shields.simulations(RUNS)
     gained, within = joined.validated(kinds[SimulationKind(("void-growth",), "one")]).gained()
-    compared(equal("gain of void-growth", expected=True, got=f"falls by {gained:.3f} ± {within:.3f}" in text))
-    told = simulated_shields.simulation(read_json(simulated_shields.STORED)["runs"])
-    decided = [shot for shot, outcome in told if outcome != "open"]
-    right = {law.name: judge(law, decided).right for law in equations()}
-    all_right = [name for name, share in right.items() if share.count == share.of == len(decided)]
-    compared(
-        equal(
-            f"right about all {len(decided)} that all runs decide",
-            expected=["whipple_jsc", "whipple_nno", "whipple_reimerdes"],
-            got=all_right,
-        )
-    )
+    compared(equal("gain of void-growth", expected=True, got=f"falls by {gained:.3f} ± {within:.3f}" in SHIELD))
+    decided = [shot for shot, outcome in simulated_shields.simulation(RUNS) if outcome != "open"]
+    shares = {law.name: judge(law, decided).right for law in equations()}
+    right = [name for name, share in shares.items() if share.count == share.of == len(decided)]
+    expected = ["whipple_jsc", "whipple_nno", "whipple_reimerdes"]
+    compared(equal(f"right about all {len(decided)} that all runs decide", expected=expected, got=right))

@@ -62,34 +62,27 @@ def test_site__has_equations_as_mathml(site: Path) -> None:
     assert "$" not in re.sub(r"<(script|code|pre).*?</\1>", "", text, flags=re.DOTALL)
 
 
-def test_made_pages__are_built_and_not_in_git(site: Path) -> None:
-    assert {"laws.md", "accuracy.md"} & made().keys() == {"laws.md"}
+def test_pages__are_built_with_their_pictures_and_name_files_that_are_there(site: Path) -> None:
     for name in made():
         assert (site / name.replace(".md", ".html")).is_file(), name
         assert not (DOCS / name).exists(), f"{name} is made, by make docs: remove it"
-
-
-def test_made_pages__of_cases_have_every_case_and_its_pictures(site: Path) -> None:
     for kind, names in (("verification", verification.cases()), ("validation", validation.names())):
         cases = {page.stem for page in (site / kind).glob("*.html")}
         text = (site / f"{kind}.html").read_text(encoding="utf-8")
         assert cases
         assert all(name in cases or f"<code>{name}</code>" in text for name in names), kind
     for page in site.rglob("*.html"):
-        for picture in PICTURE.findall(page.read_text(encoding="utf-8")):
-            assert (page.parent / picture).is_file(), (page.name, picture)
+        text = page.read_text(encoding="utf-8")
+        named = [page.parent / picture for picture in PICTURE.findall(text)] + [
+            ROOT / path for path in PATH.findall(text)
+        ]
+        assert [file for file in named if not file.exists()] == [], page.name
 
 
 def test_drawings__have_a_name_for_every_measurement() -> None:
     drawn = " ".join((DOCS / "drawings" / f"{file}.svg").read_text(encoding="utf-8") for file, *_ in SCENARIOS.values())
     for name in measured.names():
         assert re.search(rf"\b{name}\b", drawn), name
-
-
-def test_pages__name_files_that_are_there(site: Path) -> None:
-    for page in site.rglob("*.html"):
-        for path in PATH.findall(page.read_text(encoding="utf-8")):
-            assert (ROOT / path).exists(), (page.name, path)
 
 
 @pytest.mark.parametrize("page", HANDWRITTEN, ids=lambda page: page.name)

@@ -1,8 +1,5 @@
 """The bars that are computed for a calibration: over prior ranges of constants, speeds and lengths of those shot."""
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
 
 from studies.bars.taylor_bar import END_PER_LENGTH
@@ -23,59 +20,37 @@ LATEST = 2.0  # latest end, over that by default of the longest bar: soft bars f
 MARGIN = 0.03  # of the ranges of speeds and lengths beyond the shots, in logarithms: no shot lies on an edge
 
 
-@dataclass(frozen=True)
-class PriorRange:
-    """The range within which a constant is equally likely beforehand: in its logarithm for A and B."""
-
-    low: float  # ln(Pa) for A and B
-    high: float
-    source: str
-
-
-@dataclass(frozen=True)
-class Box:
-    """Prior ranges of the constants by name."""
-
-    ranges: dict[str, PriorRange]
-
-    @property
-    def bounds(self) -> np.ndarray:
-        """(constants, 2)."""
-        return np.array([[prior.low, prior.high] for prior in self.ranges.values()])
-
-
-# Least and largest factor of the constant in the file of the material, or its range, with source.
-A_FACTORS = (1.0 / 3.0, 4.0)
-A_SOURCE = (
-    "from a third to four times the material's own: copper yields at 11 ksi annealed and at 44 to 48 ksi hard "
-    "(Copper Development Association, alloy C12700), published A of copper reach from 65 to 157 MPa"
-)
-B_FACTORS = (1.0 / 3.0, 3.0)
-B_SOURCE = "from a third to three times the material's own: published B of aluminium alloys reach from 114 to 684 MPa"
-OTHERS = {
-    "n": (0.12, 0.74, "tungsten alloy 0.12 to Al 2024-T3 0.73 and copper 0.74: published sets"),
-    "C": (0.0, 0.060, "none to Armco iron 0.060 (Johnson and Cook 1983): published sets"),
-    "m": (0.55, 1.70, "Armco iron 0.55 (Johnson and Cook 1983) to Al 2024-T3 1.7 (Lesuer): published sets"),
+CONSTANTS = ("A", "B", "n", "C", "m")
+# Least and largest factor of the constant in the file of the material.
+FACTORS = {
+    # Copper yields at 11 ksi annealed and at 44 to 48 ksi hard (Copper Development Association, alloy C12700);
+    # published A of copper reach from 65 to 157 MPa.
+    "A": (1.0 / 3.0, 4.0),
+    "B": (1.0 / 3.0, 3.0),  # published B of aluminium alloys reach from 114 to 684 MPa
 }
+# Ranges of published sets.
+RANGES = (
+    (0.12, 0.74),  # n: tungsten alloy 0.12 to Al 2024-T3 0.73 and copper 0.74
+    (0.0, 0.060),  # C: none to Armco iron 0.060 (Johnson and Cook 1983)
+    (0.55, 1.70),  # m: Armco iron 0.55 (Johnson and Cook 1983) to Al 2024-T3 1.7 (Lesuer)
+)
 
 
-def box_of(material: Material) -> Box:
-    """The prior ranges for a material; raises InvalidInput where its strength is no Johnson-Cook."""
+def prior_of(material: Material) -> np.ndarray:
+    """The range (5, 2) in which each constant is equally likely beforehand; of A and B ln(Pa).
+
+    Raises InvalidInput where the material's strength is no Johnson-Cook.
+    """
     if material.strength.kind != JOHNSON_COOK:
         cure = "choose a material with the constants A, B, n, C and m, such as copper-ofhc"
         raise refusal("--material", f"{material.name} ({material.strength.kind})", f"strength {JOHNSON_COOK}", cure)
-    ranges = {}
-    for name, factors, source in (("A", A_FACTORS, A_SOURCE), ("B", B_FACTORS, B_SOURCE)):
-        value = material.value_at(f"strength.{name}")
-        assert value is not None
-        low, high = (math.log(factor * value) for factor in factors)
-        ranges[name] = PriorRange(low, high, source)
-    return Box(ranges | {name: PriorRange(*prior) for name, prior in OTHERS.items()})
+    own = material.strength.constants
+    return np.array([*(np.log(own[name] * np.array(factors)) for name, factors in FACTORS.items()), *RANGES])
 
 
 def names_of_axes() -> list[str]:
     """The axes of the sweep in the order of the inputs of an emulator."""
-    return [*(f"bar.strength.{name}" for name in ("A", "B", *OTHERS)), "speed", "bar_length"]
+    return [*(f"bar.strength.{name}" for name in CONSTANTS), "speed", "bar_length"]
 
 
 def sweep_of(material: Material, shots: BarStrains, runs: int = RUNS) -> dict[str, Plain]:
@@ -84,8 +59,8 @@ def sweep_of(material: Material, shots: BarStrains, runs: int = RUNS) -> dict[st
     The shape depends on length over diameter; on the diameter itself only through the strain rate, whose logarithm
     differs by 0.24 between bars of 6 and 7.6 mm: 1 % of the flow stress at most.
     """
-    box, diameter = box_of(material), shots.diameter
-    bounds = np.vstack([box.bounds, *([_range(np.log(column))] for column in (shots.speeds, shots.ratios))])
+    prior, diameter = prior_of(material), shots.diameter
+    bounds = np.vstack([prior, *([_range(np.log(column))] for column in (shots.speeds, shots.ratios))])
     shares = np.array(Sampling(LATIN, runs, SEED).coordinates(len(bounds)))
     columns = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * shares
     columns[[0, 1, 5, 6]] = np.exp(columns[[0, 1, 5, 6]])

@@ -1,9 +1,7 @@
 """The strain of a bar as a fast function of constants, speed and length: a Gaussian process over computed bars."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -12,50 +10,32 @@ from studies.cubes.growing import still_growing
 from studies.cubes.variable import variable_name
 from studies.fits.calibration.design import names_of_axes
 from studies.fits.calibration.shots import SIZES
-from studies.fits.surrogate import Surrogate, SurrogateInput, check_extra, runs_of
+from studies.fits.surrogate import Surrogate, SurrogateInput, runs_of
 
 # Added to a strain before its logarithm is taken, in which the process is nearly a straight line: what is smaller
 # cannot be read, 0.1 mm of 25.
 SMALL = 0.005
-STILL = "still growing at the latest end, or longer than at first"  # a soft bar, or one that bounced back
 BY_LOGARITHM = ("bar.strength.A", "bar.strength.B", "speed", "bar_length")
 
 
-class Emulator(Protocol):
-    """A strain of bars as a function, with its error."""
+@dataclass(frozen=True)
+class Emulator:
+    """A strain of bars as a function."""
+
+    process: Surrogate
 
     @property
     def error(self) -> float:
         """Root mean square, relative to the strain."""
+        return self.process.error
 
     def strains(self, places: np.ndarray) -> np.ndarray:
         """Strains at (places, 7): ln A, ln B, n, C, m, ln speed (SI), ln(length / diameter)."""
-
-
-@dataclass(frozen=True)
-class BarEmulator:
-    """One quantity of a sweep of bars."""
-
-    process: Surrogate
-    error: float
-    runs: int
-    not_used: Mapping[str, int]  # runs that do not count, by reason
-
-    def strains(self, places: np.ndarray) -> np.ndarray:
-        """Strains at (places, 7)."""
         return np.exp(self.process.mean(_inputs(places))) - SMALL
 
 
-def emulators_of(dataset: xr.Dataset, diameter: float, quantities: list[str]) -> dict[str, Emulator]:
-    """The emulators of quantities of the cube of ``design.sweep_of``, for a diameter in m.
-
-    Raises InvalidInput, MissingExtra.
-    """
-    check_extra()
-    return {name: _emulator(dataset, diameter, name) for name in quantities}
-
-
-def _emulator(dataset: xr.Dataset, diameter: float, quantity: str) -> BarEmulator:
+def emulator_of(dataset: xr.Dataset, diameter: float, quantity: str) -> Emulator:
+    """The emulator of a quantity of the cube of ``design.sweep_of``, for a diameter in m; raises InvalidInput."""
     runs = runs_of(dataset, quantity)
     order = [runs.names.index(variable_name(name)) for name in names_of_axes()]
     places = runs.places[:, order].copy()
@@ -67,12 +47,10 @@ def _emulator(dataset: xr.Dataset, diameter: float, quantity: str) -> BarEmulato
     inputs = tuple(SurrogateInput(name, "1", float(column.min()), float(column.max())) for name, column in columns)
     with np.errstate(invalid="ignore"):
         values = np.log(SIZES[quantity][1] * np.log(runs.values / initial) + SMALL)
-    growing = still_growing(dataset)
+    growing = still_growing(dataset)  # soft bars; those that bounced back, longer than at first, have no logarithm
     kept = np.isfinite(values) & [id not in growing for id in runs.ids]
     used = replace(runs, unit="1", inputs=inputs, places=_inputs(places)[kept], values=values[kept])
-    process = Surrogate(used)
-    others = {STILL: int((~kept).sum())} if not kept.all() else {}
-    return BarEmulator(process, process.error, int(kept.sum()), {**runs.not_used, **others})
+    return Emulator(Surrogate(used))
 
 
 def _inputs(places: np.ndarray) -> np.ndarray:

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.fits.calibration.design import Box
 from studies.fits.calibration.emulator import Emulator
 from studies.fits.calibration.shots import BarStrains
 from studies.quantities.findings import MissingExtra
@@ -46,12 +45,7 @@ class Calibration:
 
     shots: BarStrains
     emulators: Mapping[str, Emulator]
-    box: Box
-
-    @property
-    def constants(self) -> list[str]:
-        """A, B, n, C, m."""
-        return list(self.box.ranges)
+    prior: np.ndarray  # (5, 2) ranges of the constants
 
 
 @dataclass(frozen=True)
@@ -74,21 +68,23 @@ class Posterior:
 
     def further_lots(self, seed: int = SEED) -> np.ndarray:
         """The constants with ln A of a lot that was not shot, (draws, 5)."""
-        drawn = self.constants.copy()
-        low, high = self.calibration.box.bounds[0]
-        drawn[:, 0] = _truncated(drawn[:, 0], self.lots_deviation, (low, high), np.random.default_rng(seed))
+        from scipy.stats import truncnorm
+
+        drawn, shares = self.constants.copy(), np.random.default_rng(seed).uniform(size=len(self.constants))
+        middle, deviation = drawn[:, 0], self.lots_deviation
+        low, high = ((end - middle) / deviation for end in self.calibration.prior[0])
+        drawn[:, 0] = truncnorm.ppf(shares, low, high, middle, deviation)
         return drawn
 
 
 def posterior_of(
     calibration: Calibration, *, steps: int = STEPS, burn_in: int = BURN_IN, seed: int = SEED
 ) -> Posterior:
-    """Sample the posterior by walkers that move along each other's differences; raises MissingExtra.
+    """Sample the posterior by walkers that move along each other's differences.
 
     ``emcee``: differential evolution (ter Braak 2006, Stat. Comput. 16, 239) and stretches (Goodman and Weare 2010,
     Comm. App. Math. Comp. Sci. 5, 65).
     """
-    check_extras()
     import emcee
 
     density, rng = _Density(calibration), np.random.default_rng(seed)
@@ -135,7 +131,7 @@ class _Density:
 
     def start(self, rng: np.random.Generator) -> np.ndarray:
         """A place of each walker, (walkers, dimensions), in the middle of the prior."""
-        bounds, start = self.calibration.box.bounds, np.empty((WALKERS, self.dimensions))
+        bounds, start = self.calibration.prior, np.empty((WALKERS, self.dimensions))
         start[:, self.places["constants"]] = bounds[:, 0] + np.ptp(bounds, axis=1) * rng.uniform(
             0.25, 0.75, (WALKERS, 5)
         )
@@ -159,7 +155,7 @@ class _Density:
 
         constants, lots, biases = (parameters[:, self.places[name]] for name in ("constants", "lots", "biases"))
         sizes = np.column_stack([parameters[:, self.places["lots_deviation"]], parameters[:, self.places["scatters"]]])
-        low, high = self.calibration.box.bounds.T
+        low, high = self.calibration.prior.T
         inside = ((constants >= low) & (constants <= high)).all(axis=1)
         inside &= ((lots >= low[0]) & (lots <= high[0])).all(axis=1)
         inside &= ((sizes >= math.log(LEAST)) & (sizes <= math.log(MOST))).all(axis=1)
@@ -200,13 +196,3 @@ def strains_of(emulator: Emulator, constants: np.ndarray, shots: BarStrains, yie
 def deviation_of(shots: BarStrains, computed: np.ndarray, scatter: np.ndarray, error: float) -> np.ndarray:
     """The scale s of the scatter of shots about computed strains (draws, shots)."""
     return np.sqrt(shots.errors**2 + (scatter**2 + error**2) * computed**2)
-
-
-def _truncated(
-    means: np.ndarray, deviations: np.ndarray, bounds: tuple[float, float], rng: np.random.Generator
-) -> np.ndarray:
-    """A draw of each normal distribution within bounds."""
-    from scipy.special import ndtr, ndtri
-
-    low, high = (ndtr((bound - means) / deviations) for bound in bounds)
-    return np.clip(means + deviations * ndtri(low + (high - low) * rng.uniform(size=len(means))), *bounds)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from studies.fits.calibration.design import LOGARITHMIC
+from studies.fits.calibration.design import CONSTANTS, LOGARITHMIC
 from studies.fits.calibration.posterior import Posterior
 from studies.fits.calibration.prediction import LEVEL, PredictedShots, chances
 from studies.materials import Material
@@ -32,10 +32,8 @@ UNITS = {"A": "Pa", "B": "Pa", "n": "1", "C": "1", "m": "1"}
 
 def values_of(posterior: Posterior, drawn: np.ndarray) -> dict[str, np.ndarray]:
     """The constants of draws (draws, 5) by name, SI."""
-    names = posterior.calibration.constants
-    return {
-        name: np.exp(column) if name in LOGARITHMIC else column for name, column in zip(names, drawn.T, strict=True)
-    }
+    columns = zip(CONSTANTS, drawn.T, strict=True)
+    return {name: np.exp(column) if name in LOGARITHMIC else column for name, column in columns}
 
 
 def dataset_of(posterior: Posterior, predicted: PredictedShots, attributes: Mapping[str, str]) -> xr.Dataset:
@@ -132,7 +130,7 @@ def sentences(posterior: Posterior, predicted: PredictedShots) -> Iterator[str]:
     yield f"{len(shots.strains)} measured sizes ({counts}) of {len(shots.lots)} series."
     for name, column in values_of(posterior, posterior.constants).items():
         text = _interval(column, UNITS[name])
-        low, high = posterior.calibration.box.bounds[posterior.calibration.constants.index(name)]
+        low, high = posterior.calibration.prior[CONSTANTS.index(name)]
         logarithm = np.log(column) if name in LOGARITHMIC else column
         ends = np.quantile(logarithm, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL))
         near = [

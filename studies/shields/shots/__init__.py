@@ -1,7 +1,7 @@
 """Shots on Whipple shields: outcomes of the wall, published or the user's own, and what they say about a shield.
 
 ``table`` reads, screens and finds them; ``judged`` counts how often each equation was right; ``chance`` makes of
-the margins of the equations the probability that the wall fails, and ``joined`` joins it with a simulation;
+the margins of the equations the probability that the wall fails, and ``joined`` says whether a simulation adds to it;
 ``answers`` has all of that for a designer's shield.
 """
 

@@ -5,16 +5,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from solver.units import Metre
 from studies import laws
-from studies.answers.targets import Addition
-from studies.quantities.display import percent
+from studies.answers.targets import Addition, Told, Variable, Variables
+from studies.laws import Shot
+from studies.quantities.display import digits, display_of, percent
 from studies.shields.shield import CRITICAL_DIAMETER, ShotAtShield
 from studies.shields.shots.chance import probability
-from studies.shields.shots.inverse import safe_sizes
+from studies.shields.shots.inverse import RISKS, safe_sizes
 from studies.shields.shots.judged import Judged, equations, judge
 from studies.shields.shots.outside import outside_of_shots
-from studies.shields.shots.records import Probability, SafeSize
+from studies.shields.shots.records import NoSize, Probability, SafeSize, Size
 from studies.shields.shots.table import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 
 # What the field calls the equations, in a sentence.
@@ -25,6 +28,16 @@ SHORT: Mapping[str, str] = {
     "whipple_reimerdes": "Reimerdes",
     "whipple_srl": "SRL",
     "whipple_srl_three_walls": "SRL",
+}
+LAWS = f"{CRITICAL_DIAMETER}_law"  # a dimension
+NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)
+# Of the sizes that are just safe.
+COLUMNS = ("still safe", "largest sphere (mm)", "thinnest wall (mm)", "shortest stand-off (mm)")
+REASONS: Mapping[NoSize, str] = {
+    NoSize.SAFE: "any",
+    NoSize.UNSAFE: "none",
+    NoSize.OUTSIDE_OF_SHOTS: "no shots like it",
+    NoSize.NO_EQUATION: "no equation",
 }
 LISTED = 10  # nearest shots of an answer
 
@@ -77,12 +90,76 @@ class ShieldAnswer(Addition):
             sure = f"{shown(self.probability)} to fail; {near}"
         return f"{sure}; {self._said() or 'no equation covers it'}."
 
+    @property
+    def told(self) -> Told:
+        """The sentence, what has no probability and why, ordered shots; and the sizes that are just safe."""
+        unlikely = (f"no probability: {reason}" for reason in self.outside[1:])
+        found = {(limit_in_words(safe), safe.size): size_in_words(safe) for safe in self.safe}
+        rows = ((limit, *(found[limit, size] for size in Size)) for limit in dict.fromkeys(limit for limit, _ in found))
+        return Told((self.sentence, *unlikely, self.ordered_shots), COLUMNS, tuple(rows))
+
+    @property
+    def ordered_shots(self) -> str:
+        """ "In every respect: 2 of 14 easier shots failed; no published shot is harder."."""
+        kinds = (("easier", "failed", self.easier), ("harder", "held", self.harder))
+        said = [
+            f"{shots.contrary} of {shots.shots} {kind} shots {did}" if shots.shots else f"no published shot is {kind}"
+            for kind, did, shots in kinds
+        ]
+        return f"In every respect: {'; '.join(said)}."
+
+    @classmethod
+    def of(cls, shot: Shot) -> "ShieldAnswer":
+        """What is said of a shot at a shield."""
+        assert isinstance(shot, ShotAtShield)
+        return answer(shot)
+
+    @staticmethod
+    def variables(  # type: ignore[override]  # its own additions
+        shields: "Sequence[ShieldAnswer]", axes: tuple[str, ...], lengths: tuple[int, ...]
+    ) -> tuple[Variables, Variables]:
+        """The probability to fail, the easier shots that failed, the harder ones that held, and the safe sizes."""
+        variables = dict[str, Variable]()
+        equations = [law.name for law in laws.answering(CRITICAL_DIAMETER)]
+
+        def add(
+            name: str, title: str, unit: str, values: Sequence[float] | Sequence[str], dims: tuple[str, ...] = ()
+        ) -> None:
+            shape = (len(values) // len(shields), *lengths) if dims else lengths
+            variables[name] = ((*dims, *axes), np.array(values).reshape(shape), {"units": unit, "long_name": title})
+
+        for part, end in (("value", ""), ("low", "_low"), ("high", "_high")):
+            chances = [getattr(shield.probability, part, math.nan) for shield in shields]
+            add(f"probability{end}", "Probability that the wall fails", "1", chances)
+        add("easier_failed", "Easier shots whose wall failed", "1", [shield.easier.contrary for shield in shields])
+        add("harder_held", "Harder shots whose wall held", "1", [shield.harder.contrary for shield in shields])
+        found = [{(safe.size, safe.risk or safe.law): safe for safe in shield.safe} for shield in shields]
+        for size in Size:
+            for dim, by, limits in (("risk", "risk", RISKS), (LAWS, "law", equations)):
+                sizes = [safe.get((size, limit), NO_EQUATION) for limit in limits for safe in found]
+                name, title = f"safe_{size}_by_{by}", f"{size.replace('_', ' ')} that is just safe"
+                add(name, title, "m", [math.nan if safe.value is None else safe.value for safe in sizes], (dim,))
+                add(f"{name}_reason", "why there is none", "1", [str(safe.reason or "") for safe in sizes], (dim,))
+        return {"risk": ("risk", list(RISKS), {"units": "1"})}, variables
+
     def _said(self) -> str:
         """What the equations say, those of one word together; those outside their range are silent."""
         groups = {says: [word.short for word in self.words if word.says == says] for says in ("holds", "fails")}
         spoken = [(says, names) for says, names in groups.items() if names]
         verbs = ("say " if len(names) > 1 else "says " for _, names in spoken[:1])
         return ", ".join(f"{', '.join(names)} {next(verbs, '')}{says}" for says, names in spoken)
+
+
+def limit_in_words(safe: SafeSize) -> str:
+    """ "at 10 % risk", or the name of a law."""
+    return safe.law or f"at {100.0 * (safe.risk or 0.0):.0f} % risk"
+
+
+def size_in_words(safe: SafeSize) -> str:
+    """A size in mm; a word where there is none, or where each is safe."""
+    if safe.value is None:
+        return REASONS[safe.reason or NoSize.NO_EQUATION]
+    return digits(safe.value * display_of("m").factor)
 
 
 def shown(probability: Probability) -> str:

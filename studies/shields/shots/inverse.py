@@ -47,7 +47,7 @@ def _by_risk(shot: ShotAtShield) -> Iterator[SafeSize]:
             if chance is None:
                 yield SafeSize(size, risk, None, None, NoSize.NO_EQUATION if inside else NoSize.OUTSIDE_OF_SHOTS)
             else:
-                yield SafeSize(size, risk, None, *_just_safe(size, partial(_excess, chance, risk), low, high))
+                yield SafeSize(size, risk, None, *_just_safe(size, chance, low, high, limit=risk))
 
 
 def _chance(shot: ShotAtShield, size: Size) -> Callable[[float], float] | None:
@@ -58,33 +58,29 @@ def _chance(shot: ShotAtShield, size: Size) -> Callable[[float], float] | None:
     return cache(lambda value: chance(resized(shot, size, value))) if chance else None
 
 
-def _excess(chance: Callable[[float], float], risk: float, value: float) -> float:
-    return chance(value) - risk
-
-
 def _by_equation(law: Law, shot: ShotAtShield) -> Iterator[SafeSize]:
     covers = not math.isnan(margin(law, shot))
+
+    def margin_at(size: Size, value: float) -> float:
+        return margin(law, resized(shot, size, value))
+
     for size in Size:
         if not covers:
             yield SafeSize(size, None, law.name, None, NoSize.NO_EQUATION)
         elif size is Size.SPHERE:
             yield SafeSize(size, None, law.name, law.evaluate(shot).value)
         else:
-            excess = partial(_margin, law, shot, size)
-            yield SafeSize(size, None, law.name, *_just_safe(size, excess, *OF_EQUATIONS[size]))
-
-
-def _margin(law: Law, shot: ShotAtShield, size: Size, value: float) -> float:
-    return margin(law, resized(shot, size, value))
+            yield SafeSize(size, None, law.name, *_just_safe(size, partial(margin_at, size), *OF_EQUATIONS[size]))
 
 
 def _just_safe(
-    size: Size, excess: Callable[[float], float], low: Metre, high: Metre
+    size: Size, function: Callable[[float], float], low: Metre, high: Metre, limit: float = 0.0
 ) -> tuple[Metre | None, NoSize | None]:
-    """The size between two bounds beyond which what is in excess of the limit is positive; or why there is none.
+    """The size between two bounds beyond which a function of it exceeds a limit, on the safe side; or why none does."""
 
-    It is on the safe side.
-    """
+    def excess(value: float) -> float:
+        return function(value) - limit
+
     unsafe = [excess(end) > 0.0 for end in (low, high)]
     if all(unsafe) or not any(unsafe):
         return None, NoSize.UNSAFE if all(unsafe) else NoSize.SAFE

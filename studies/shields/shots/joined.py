@@ -1,4 +1,4 @@
-"""The probability that a wall fails, from equations and shots, joined with what a simulation of the shot says.
+"""Whether a simulation of a shot tells more of how likely its wall fails than equations and shots alone do.
 
 The method, written down before any outcome of a simulated shot was seen:
 
@@ -20,14 +20,15 @@ The method, written down before any outcome of a simulated shot was seen:
    laboratory. Brier score over the drawn shots, each of weight one, of P and of P_e, with the mean difference and 1.96
    of its standard errors; and both weighted by the inverse of the shares that were drawn.
 
-Added when the outcomes were seen: a kind of simulation is joined with P_e in a range of the normal speed (``RANGES``)
-once the lower end of what it gains there in 7, the mean less 1.96 standard errors, is above zero. What is not seen to
-help laboratories that are left out helps no shield that is not built yet.
+Added when the outcomes were seen: a kind of simulation would be joined with P_e in a range of the normal speed
+(``RANGES``) once the lower end of what it gains there in 7, the mean less 1.96 standard errors, is above zero. What is
+not seen to help laboratories that are left out helps no shield that is not built yet. None is, so that reports have P_e
+alone.
 """
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache
 
 import numpy as np
@@ -35,7 +36,7 @@ from numpy.typing import NDArray
 
 from studies.outcomes.found import DEVIATE
 from studies.shields.shots.chance import expit, logit, most_probable
-from studies.shields.shots.drawn import STORED, DrawnShots, Joint, Simulated, SimulationKind
+from studies.shields.shots.drawn import STORED, DrawnShots, Simulated, SimulationKind
 from studies.shields.shots.judged import RANGES, range_of
 from studies.shields.shots.records import Probability, written
 from studies.shields.shots.table import ShieldShot, laboratory, published
@@ -55,6 +56,25 @@ class SimulatedShot:
     share: float  # of the shots of its outcome in its range of the speed: how many were drawn
     odds: float  # share of the perforated ones over that of those that held, in this range
     told: Simulated
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What the outcome of a simulation adds to the logit of the probability."""
+
+    perforated: float
+    held: float
+    covariance: NDArray  # (2, 2)
+
+    def probability(self, before: Probability, told: Simulated) -> Probability:
+        """The probability with the outcome of a simulation."""
+        if told == "open":
+            return before
+        place = ("perforated", "held").index(told)
+        shift, variance = (self.perforated, self.held)[place], self.covariance[place][place]
+        middle, low, high = (float(logit(chance)) for chance in (before.value, before.low, before.high))
+        down, up = (math.hypot(end - middle, DEVIATE * math.sqrt(variance)) for end in (low, high))
+        return Probability(*(float(expit(middle + shift + by)) for by in (0.0, -down, up)))
 
 
 @dataclass(frozen=True)
@@ -108,8 +128,7 @@ def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> J
     failed = np.array([shot.shot.is_perforated for shot in shots], float)
     known = logit([chance.value for chance in before]) + np.log([shot.odds for shot in shots])
     constants, covariance = most_probable(told, failed, PRIOR, known)
-    rows = covariance.tolist()
-    return Joint(float(constants[0]), float(constants[1]), (tuple(rows[0]), tuple(rows[1])), len(shots))
+    return Joint(float(constants[0]), float(constants[1]), covariance)
 
 
 def unseen(shots: Sequence[SimulatedShot], without: str = "") -> list[Probability]:
@@ -141,7 +160,7 @@ def validated(shots: Sequence[SimulatedShot]) -> Scores:
     return Scores(before, after, failed, np.array([shot.share for shot in shots]))
 
 
-# --- the constants that ship ------------------------------------------------------------------------
+# --- what ships -------------------------------------------------------------------------------------
 
 
 def drawn_shots(shots: Sequence[SimulatedShot], scores: Scores) -> Iterator[DrawnShots]:
@@ -154,9 +173,6 @@ def drawn_shots(shots: Sequence[SimulatedShot], scores: Scores) -> Iterator[Draw
 
 
 def store(simulations: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> None:
-    """Write the constants of each kind of simulation, and what its shots say of it."""
-    joints = {
-        kind.name: asdict(replace(joint_of(unseen(shots), shots), ranges=tuple(drawn_shots(shots, validated(shots)))))
-        for kind, shots in simulations.items()
-    }
-    STORED.write_text(written(joints), encoding="utf-8")
+    """Write what its shots say of each kind of simulation."""
+    said = {kind.name: [*map(asdict, drawn_shots(shots, validated(shots)))] for kind, shots in simulations.items()}
+    STORED.write_text(written(said), encoding="utf-8")

@@ -60,21 +60,19 @@ def range_of(normal_speed: float) -> int:
 
 def judge(law: Law, shots: Sequence[ShieldShot], where: str = ALL) -> Judged:
     """How often an equation was right about shots."""
-    return _counted(law.name, where, margins(law, shots), shots)
+    pairs = zip(margins(law, shots), shots, strict=True)
+    return counted(law.name, where, [(m > 0.0, shot.is_perforated) for m, shot in pairs if not math.isnan(m)])
 
 
 def judge_by_range(law: Law, shots: Sequence[ShieldShot]) -> tuple[Judged, ...]:
     """The same over all, and by range of the normal speed."""
-    whole = margins(law, shots)
-    judged = [_counted(law.name, ALL, whole, shots)]
-    for place, (where, *_) in enumerate(RANGES):
-        inside = [(m, shot) for m, shot in zip(whole, shots, strict=True) if range_of(shot.normal_speed) == place]
-        judged.append(_counted(law.name, where, [m for m, _ in inside], [shot for _, shot in inside]))
-    return tuple(judged)
+    by_range = [[shot for shot in shots if range_of(shot.normal_speed) == place] for place in range(len(RANGES))]
+    parts = (judge(law, mine, where) for (where, *_), mine in zip(RANGES, by_range, strict=True))
+    return (judge(law, shots), *parts)
 
 
-def _counted(law: str, where: str, of_law: Sequence[float], shots: Sequence[ShieldShot]) -> Judged:
-    asked = [(m > 0.0, shot.is_perforated) for m, shot in zip(of_law, shots, strict=True) if not math.isnan(m)]
+def counted(law: str, where: str, asked: Sequence[tuple[bool, bool]]) -> Judged:
+    """How often it was right whether walls failed, by pairs of what was said and of what happened."""
     failures = sum(failed for _, failed in asked)
     return Judged(
         law,

@@ -87,6 +87,11 @@ class ShieldShot:
         return self.outcome == "perforated"
 
     @property
+    def citation(self) -> str:
+        """Its source in one line."""
+        return citation(self.source)
+
+    @property
     def normal_speed(self) -> float:
         """Component of the velocity along the bumper's normal, m/s."""
         return self.speed * math.cos(self.obliquity)

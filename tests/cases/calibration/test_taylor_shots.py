@@ -12,8 +12,8 @@ from scipy.stats import binomtest
 import whipple
 from studies import materials
 from studies.cubes.opening import whole_cube
-from studies.fits.calibration.design import box_of, sweep_of
-from studies.fits.calibration.emulator import emulators_of
+from studies.fits.calibration.design import prior_of, sweep_of
+from studies.fits.calibration.emulator import emulator_of
 from studies.fits.calibration.posterior import Calibration, posterior_of
 from studies.fits.calibration.prediction import LEVEL, chances, leave_series_out
 from studies.fits.calibration.shots import read_shots
@@ -78,9 +78,9 @@ def calibration_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], 
     def calibration(table: str) -> Calibration:
         material = materials.load(TABLES[table])
         shots = read_shots(table, material)
-        folder = whipple.run_sweep(sweep_of(material, shots), tmp_path_factory.mktemp(table), keep="numbers")
-        emulators = emulators_of(whole_cube(folder), shots.diameter, shots.names)
-        return Calibration(shots, emulators, box_of(material))
+        cube = whole_cube(whipple.run_sweep(sweep_of(material, shots), tmp_path_factory.mktemp(table), keep="numbers"))
+        emulators = {name: emulator_of(cube, shots.diameter, name) for name in shots.names}
+        return Calibration(shots, emulators, prior_of(material))
 
     return calibration
 

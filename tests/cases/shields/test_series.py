@@ -142,7 +142,7 @@ def test_debris_that_breaks__tells_of_published_shots_what_the_page_says(
     runs = [run for run in debris_shots.stored() if run["perforated"] is not None]
     for outcome in (0.0, 1.0):
         run = min((run for run in runs if run["perforated"] == outcome), key=lambda run: run["seconds"])
-        again = debris_shots.computed_row(run["shot"], run["seed"], tmp_path)
+        again = debris_shots.computed_row((run["shot"], run["seed"]), tmp_path)
         where = f"{run['shot']}, seed {run['seed']}"
         compared(equal(f"{where}: identity", expected=run["id"], got=again["id"]))
         compared(equal(f"{where}: perforated", expected=run["perforated"], got=again["perforated"]))

@@ -2,12 +2,11 @@
 
 import json
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from studies.answers.answer import answers, document
+from studies.answers.answer import document
 from studies.answers.cube import cube_of
 from studies.answers.question import read_question
 from studies.quantities.findings import InvalidInput
@@ -17,18 +16,11 @@ from tests.studies.answers.test_answers import shots_of
 from tests.studies.shields.samples import QUESTION
 
 
-def test_cube__has_the_answers_over_the_axes() -> None:
+def test_cube__has_the_probability_and_the_safe_sizes_over_the_axes() -> None:
     question = read_question({**QUESTION, "speed": ["3 km/s", "7 km/s"], "obliquity": ["0 deg", "45 deg"]})
-    cube = cube_of(question)
-    assert cube.critical_diameter_by_law.dims == ("speed", "obliquity", "critical_diameter_law")
-    for answer in answers(question):
-        at = cube.sel(speed=answer.parameters["speed"], obliquity=answer.parameters["obliquity"])
-        for each in answer.quantities[0].laws:
-            got = float(at.critical_diameter_by_law.sel(critical_diameter_law=each.law.name))
-            assert got == pytest.approx(each.value, nan_ok=True)
-    plain = json.loads(json.dumps(document(question)))
-    assert len(plain["items"]) == 4
-    for item in plain["items"]:
+    cube, items = cube_of(question), json.loads(json.dumps(document(question)))["items"]
+    assert len(items) == 4
+    for item in items:
         at = cube.sel({axis.name: item["parameters"][axis.name] for axis in question.axes})
         for safe in item["shield"]["safe"]:
             where = {"risk": safe["risk"]} if safe["risk"] else {"critical_diameter_law": safe["law"]}
@@ -37,7 +29,6 @@ def test_cube__has_the_answers_over_the_axes() -> None:
             assert got == safe["value"] or (math.isnan(got) and safe["value"] is None)
             assert at[f"{name}_reason"].sel(where).item() == (safe["reason"] or "")
         assert at.probability.item() == item["shield"]["probability"]["value"]
-    assert plain["laws"]["whipple_nno"]["source"]
 
 
 @pytest.mark.parametrize(
@@ -62,21 +53,14 @@ def test_shield__that_cannot_be_asked_about_is_refused_by_field(change: dict[str
 
 
 @pytest.mark.parametrize(
-    ("former", "word"),
-    [
-        *(("target", "bumper"), ("plate_thickness", "bumper_thickness"), ("inner_thickness", "bumper_2_thickness")),
-        *(("standoff", "stand_off"), ("spacing", "stand_off"), ("rear_wall", "wall")),
-    ],
+    ("former", "word"), [("target", "bumper"), ("inner_thickness", "bumper_2_thickness"), ("standoff", "stand_off")]
 )
 def test_shield__in_other_words_is_refused_with_its_own(former: str, word: str) -> None:
     fixed = {name: value for name, value in QUESTION.items() if name not in (word, "wall_yield_stress")} | {former: "x"}
-    sweep = {"scenario": "whipple_shield", "fixed": fixed, "axes": {"speed": ["7 km/s"]}, "resolution": 16}
-    readers: list[tuple[Callable[[Any], object], dict[str, Any]]] = [(read_question, fixed), (Sweep.parse, sweep)]
-    for read, asked in readers:
-        with pytest.raises(InvalidInput) as raised:
-            read(asked)
-        cures = {finding.field.removeprefix("fixed."): finding.cure for finding in raised.value.findings}
-        assert cures[former] == f"write {word}, not {former}"
+    with pytest.raises(InvalidInput) as raised:
+        Sweep.parse({"scenario": "whipple_shield", "fixed": fixed, "axes": {"speed": ["7 km/s"]}, "resolution": 16})
+    cures = {finding.field.removeprefix("fixed."): finding.cure for finding in raised.value.findings}
+    assert cures[former] == f"write {word}, not {former}"
 
 
 def test_shield__as_a_shot_and_as_a_sweep_is_one_document() -> None:

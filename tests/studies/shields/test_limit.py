@@ -66,11 +66,6 @@ OPENINGS: dict[str, tuple[Any, dict[str, Any], float, tuple[str, ...], str]] = {
         "7 km/s: held to 3.1 mm, perforated from 3.5 mm (finds 7 of 17 failures); Christiansen (NNO) 5.45 mm, "
         "Schaefer (SRL) 2.96 mm. At 10\u202f% risk: 3.08 mm.",
     ),
-    "all inside": (
-        *(["1 mm", "9 mm"], {}, 3.2, ()),
-        "7 km/s: held to 1 mm, perforated from 9 mm (finds 7 of 17 failures); Schaefer (SRL) 2.96 mm, Christiansen "
-        "(modNNO) 3.71 mm. At 10\u202f% risk: 3.08 mm.",
-    ),
     "all perforated": (
         *(PLAIN, {}, 0.0, ()),
         "7 km/s: perforated from 2 mm; Christiansen (NNO) 5.45 mm, Schaefer (SRL) 2.96 mm; 12 harder shots held. "
@@ -94,10 +89,6 @@ OPENINGS: dict[str, tuple[Any, dict[str, Any], float, tuple[str, ...], str]] = {
     "two bumpers": (
         *(PLAIN, {"fixed": bumpers(2)}, 3.0, ()),
         "7 km/s: held to 2 mm, perforated from 4 mm (finds 7 of 17 failures); Schaefer (SRL) 4.76 mm.",
-    ),
-    "three bumpers": (
-        *(PLAIN, {"fixed": bumpers(3)}, 3.0, ()),
-        "7 km/s: held to 2 mm, perforated from 4 mm (finds 7 of 17 failures); no equation is about such a shield.",
     ),
 }
 

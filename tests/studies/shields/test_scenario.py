@@ -11,10 +11,6 @@ from studies.sweeps.search import outcome_in
 from tests.contracts.test_scenarios import asked
 
 
-def test_failure__is_none_by_default() -> None:
-    assert asked("whipple_shield").parameters["failure"] == "none"
-
-
 def _never(*_: object, **__: object) -> None:
     raise AssertionError("a stored state is read, not computed")
 

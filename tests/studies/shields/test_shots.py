@@ -13,7 +13,6 @@ import pytest
 
 from studies.laws import load
 from studies.quantities.findings import InvalidInput
-from studies.quantities.texts import decoded
 from studies.shields.shield import reshielded
 from studies.shields.shots.judged import ALL, RANGES, equations, judge, judge_by_range, margins
 from studies.shields.shots.table import (
@@ -34,7 +33,6 @@ from studies.shields.shots.table import (
     sources,
 )
 from tests.claims.rows import Row, at_least, equal
-from tests.studies.observations.test_tables import table
 
 TEXT = files("studies.shields.shots").joinpath("shots.csv").read_text(encoding="utf-8")
 SHOTS = published().shots
@@ -175,6 +173,7 @@ def _plain(shot: ShieldShot) -> dict[str, Any]:
         (changed(speed="25"), ("line 2", "a speed above 20 km/s")),
         (changed(projectile_diameter="0"), ("a size that is not positive",)),
         (changed(stand_off="114"), ("stand_off", "unit")),
+        (changed(outcome="P"), ("P may stand for passed",)),
         (OWN.replace("stand_off", "standoff"), ("standoff", "stand_off")),
         (OWN.splitlines()[0], ("no shot", "outcome")),
     ],
@@ -182,6 +181,16 @@ def _plain(shot: ShieldShot) -> dict[str, Any]:
 def test_own_table__that_is_wrong_is_refused_by_line_and_column(raw: str, words: tuple[str, ...]) -> None:
     message = refused(raw)
     assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    ("heading", "words"),
+    [("outcome", ("P", "NP")), ("perforated", ("yes", "no")), ("perforated", ("P", "NP")), ("Perforated", ("Y", "N"))],
+)
+def test_perforated__is_said_in_the_words_of_people(heading: str, words: tuple[str, str]) -> None:
+    header, row = OWN.replace("outcome", heading).splitlines()
+    shots = read_shots("\n".join([header, *(row.replace("held", word) for word in words)]))
+    assert [shot.outcome for shot in shots] == ["perforated", "held"]
 
 
 # --- finding ---------------------------------------------------------------------------------------
@@ -213,7 +222,8 @@ def test_distance__is_of_ratios_and_of_the_angle() -> None:
 @pytest.mark.parametrize("role", ["projectile", "bumper", "wall"])
 def test_shot__of_another_metal_is_not_near(role: str) -> None:
     """Of titanium, whose density is 1.6 times that of aluminium."""
-    other = replace(ONE, **{f"{role}_density": 4419.0})
+    density: dict[str, Any] = {f"{role}_density": 4419.0}
+    other = replace(ONE, **density)
     assert nearest(other.as_shot(), SHOTS, 10) == ()
     assert nearest(ONE.as_shot(), [other], 10) == ()
     assert [each.shot for each in nearest(other.as_shot(), [*SHOTS, other], 10)] == [other]
@@ -359,30 +369,3 @@ def test_equation_for_normal_impact__is_asked_about_normal_impact_alone() -> Non
     assert asked.pop("whipple_reimerdes") == normal
     assert set(asked.values()) == {len(SHOTS)}
     assert sum(map(math.isnan, margins(load("whipple_reimerdes"), SHOTS))) == len(SHOTS) - normal
-
-
-def _shields(convert: Callable[[str], str], heading: str = "outcome") -> bytes:
-    shot = published().shots[0]
-    names = ["projectile_density", "bumper_density", "wall_density", "wall_yield_stress"]
-    sizes = ["projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness", "speed"]
-    units = ["g/ccm", "g/ccm", "g/ccm", "MPa", "mm", "mm", "mm", "mm", "km/s"]
-    scales = [1e-3, 1e-3, 1e-3, 1e-6, 1e3, 1e3, 1e3, 1e3, 1e-3]
-    numbers = [f"{getattr(shot, name) * scale:.6g}" for name, scale in zip([*names, *sizes], scales, strict=True)]
-    headings = [f"{name} ({unit})" for name, unit in zip([*names, *sizes], units, strict=True)]
-    rows = [[*numbers, convert(outcome), "x"] for outcome in ("perforated", "held")]
-    return table(";", comma=False, headings=[*headings, heading, "source"], rows=rows)
-
-
-@pytest.mark.parametrize(
-    ("heading", "words"),
-    [("outcome", ("P", "NP")), ("perforated", ("yes", "no")), ("perforated", ("P", "NP")), ("Perforated", ("Y", "N"))],
-)
-def test_perforated__is_said_in_the_words_of_people(heading: str, words: tuple[str, str]) -> None:
-    said = dict(zip(("perforated", "held"), words, strict=True))
-    shots = read_shots(decoded(_shields(said.__getitem__, heading), "--own"))
-    assert [shot.outcome for shot in shots] == ["perforated", "held"]
-
-
-def test_perforated__p_alone_may_mean_passed() -> None:
-    with pytest.raises(InvalidInput, match="P may stand for passed"):
-        read_shots(decoded(_shields(lambda _: "P"), "--own"))

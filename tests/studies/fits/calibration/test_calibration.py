@@ -11,8 +11,8 @@ import pytest
 
 from studies import materials
 from studies.cubes import cube
-from studies.fits.calibration.design import box_of, sweep_of
-from studies.fits.calibration.emulator import emulators_of
+from studies.fits.calibration.design import prior_of, sweep_of
+from studies.fits.calibration.emulator import emulator_of
 from studies.fits.calibration.picture import draw
 from studies.fits.calibration.posterior import Calibration, Posterior, posterior_of
 from studies.fits.calibration.prediction import LEVEL, chances, predict
@@ -27,7 +27,7 @@ from tests.claims.rows import Row, absolute, at_least, at_most
 from tests.studies.support import fakes
 
 COPPER = materials.load("copper-ofhc")
-BOX = box_of(COPPER)
+PRIOR = prior_of(COPPER)
 
 
 class TaylorStrain:
@@ -47,12 +47,12 @@ class TaylorStrain:
         return np.asarray(self.share * 8930.0 * np.exp(2.0 * speed) / (2.0 * stress) * np.exp(-0.05 * ratio))
 
 
-EMULATORS = {"final_length": TaylorStrain(1.0), "mushroom_diameter": TaylorStrain(1.7)}
+EMULATORS: Mapping[str, Any] = {"final_length": TaylorStrain(1.0), "mushroom_diameter": TaylorStrain(1.7)}
 
 
 def synthetic(seed: int) -> tuple[BarStrains, np.ndarray]:
     """Shots of four lots with known constants, drawn from the prior, and these constants."""
-    rng, (low, high) = np.random.default_rng(seed), BOX.bounds.T
+    rng, (low, high) = np.random.default_rng(seed), PRIOR.T
     truth = low + (high - low) * rng.uniform(size=5)
     lots, each = [f"lot {number}" for number in range(4)], 8
     yields = np.clip(truth[0] + 0.15 * rng.standard_normal(len(lots)), low[0], high[0])
@@ -82,7 +82,7 @@ def inside(truth: np.ndarray, drawn: np.ndarray) -> np.ndarray:
 
 
 def short(shots: BarStrains, seed: int = 1) -> Posterior:
-    return posterior_of(Calibration(shots, EMULATORS, BOX), steps=200, burn_in=150, seed=seed)
+    return posterior_of(Calibration(shots, EMULATORS, PRIOR), steps=200, burn_in=150, seed=seed)
 
 
 @pytest.mark.claim("fits", "known-constants", minutes=0.1)
@@ -96,7 +96,7 @@ def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable
         scatters.append(float(np.median(posterior.scatters)))
         stress = np.log(flow_stress(drawn))
         held += [*inside(truth, drawn), inside(np.log(flow_stress(truth[None])[0]), stress)]
-        beforehand = np.random.default_rng(seed).uniform(BOX.bounds[:, 0], BOX.bounds[:, 1], (2000, 5))
+        beforehand = np.random.default_rng(seed).uniform(PRIOR[:, 0], PRIOR[:, 1], (2000, 5))
         narrow.append(float(stress.std() / np.log(flow_stress(beforehand)).std()))
     # Of 24 intervals at 90 %, 18 or more hold the truth in 98 of 100 repetitions.
     compared(at_least("constants and flow stresses in their intervals, of 24", limit=18, got=float(sum(held))))
@@ -111,7 +111,7 @@ def posterior() -> Posterior:
 
 
 def test_further_lots__are_wider_than_lots_that_were_shot(posterior: Posterior) -> None:
-    low, high = BOX.bounds[0]
+    low, high = PRIOR[0]
     further = posterior.further_lots()[:, 0]
     away = further - posterior.constants[:, 0]
     assert np.median(np.abs(away) / posterior.lots_deviation) == pytest.approx(0.67, abs=0.15)  # of a normal one
@@ -142,7 +142,8 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     sweep = Sweep.parse(sweep_of(COPPER, shots, runs=30))
     results = {}
     for point in sweep.runs():
-        parameters, strength = point.run.parameters, point.run.materials["bar"].strength.constants
+        parameters = point.run.parameters
+        strength: Mapping[str, Any] = point.run.materials["bar"].strength.constants
         length = parameters["bar_length"]
         assert isinstance(length, float)
         place = [math.log(strength["A"]), math.log(strength["B"]), *(strength[name] for name in "nCm")]
@@ -150,9 +151,9 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
         size = length * math.exp(-exact.strains(np.array([place]))[0])
         measured = {"final_length": fakes.measured(size), "mushroom_diameter": fakes.measured(shots.diameter)}
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measured)
-    emulator = emulators_of(cube.build(sweep, results), shots.diameter, ["final_length"])["final_length"]
+    emulator = emulator_of(cube.build(sweep, results), shots.diameter, "final_length")
     assert emulator.error < 0.1
-    rng, bounds = np.random.default_rng(2), BOX.bounds
+    rng, bounds = np.random.default_rng(2), PRIOR
     places = np.column_stack(
         [rng.uniform(bounds[:, 0], bounds[:, 1], (50, 5)), np.full(50, math.log(160.0)), np.full(50, math.log(4.0))]
     )
