@@ -31,6 +31,10 @@ from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
 
 ROUNDED = 1e-6  # relative: of a size, or a speed
+FAR = 0.1  # probability to fail below which a shot is far from the limit of its shield: the lower risk of safe sizes
+LEAST_FOUND = (
+    0.5  # share of the published failures that a simulation finds whose "holds" tells something near the limit
+)
 
 
 def has_limits(points: xr.Dataset) -> bool:
@@ -124,21 +128,30 @@ def shot_of(
 def with_chances(
     points: xr.Dataset, runs: Sequence[WallRun], shots: Sequence[tuple[Place, ShotAtShield]]
 ) -> Iterator[WallRun]:
-    """The runs of all points with a probability; without it outside of all shots, and where no equation covers one."""
+    """The runs of all points with a probability; without it outside of all shots, and where no equation covers one.
+
+    A wall that holds cannot tell near its limit, or where that is unknown, unless simulations like it find failures.
+    """
+    found = failures_found_at(points) or [None] * len(runs)
     axes = of_shield(points)
     at_shield: dict[tuple[float | str, ...], list[ShotAtShield]] = {}
     for place, shot in shots:
         at_shield.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
-    columns = zip(places_of(points), by_run(points, "speed"), by_run(points, "projectile_shape"), runs, strict=True)
-    for place, speed, shape, run in columns:
+    shapes = by_run(points, "projectile_shape")
+    for place, speed, shape, run, share in zip(
+        places_of(points), by_run(points, "speed"), shapes, runs, found, strict=True
+    ):
         mine = at_shield.get(tuple(place[axis] for axis in axes), ())
         told = shot_of(mine, float(speed), run.diameter, is_sphere=str(shape) == "sphere")
         if told is None or math.isnan(run.diameter):  # a point of a search that has no run
             yield run
-        elif (chance := probability(told)) is not None:
-            yield replace(run, probability=chance)
-        else:
-            yield replace(run, outside=next(outside_of_shots(told), ""))
+            continue
+        chance = probability(told)
+        outside = "" if chance else next(outside_of_shots(told), "")
+        is_near = chance is None or chance.value >= FAR
+        misses = share is None or not share.value >= LEAST_FOUND
+        cannot_tell = run.perforated is False and is_near and misses
+        yield replace(run, probability=chance, outside=outside, cannot_tell=cannot_tell)
 
 
 def wall_runs(points: xr.Dataset) -> list[WallRun]:

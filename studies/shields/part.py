@@ -22,7 +22,7 @@ NEAREST = 3  # published shots
 NAMED = 2  # equations of a headline
 RISK = 0.1  # of the sizes that a headline names
 SAID: Mapping[bool | None, "Said"] = {True: "perforated", False: "held", None: "undecided"}
-Said = Literal["held", "perforated", "undecided", "disagree"]
+Said = Literal["held", "perforated", "undecided", "disagree", "cannot tell"]
 
 
 def part_of(source: Source) -> Part | None:
@@ -95,7 +95,7 @@ def _opening_run(rows: Sequence[ShieldLimit]) -> ShieldOpening | None:
     (_, safest), (_, limit) = min(ranked, key=itemgetter(0)), max(ranked, key=itemgetter(0))
     [run] = limit.runs
     outcomes = {row.runs[0].perforated for row in rows if _shot(row) == _shot(limit)}
-    said = SAID[outcomes.pop()] if len(outcomes) == 1 else "disagree"
+    said = "disagree" if len(outcomes) > 1 else "cannot tell" if run.cannot_tell else SAID[outcomes.pop()]
     least = (safest, safest.runs[0]) if _shot(safest) != _shot(limit) else None
     return ShieldOpening(limit, _told(rows), run.diameter, run, least, said)
 

@@ -45,6 +45,7 @@ class WallRun:
     doubts: tuple[str, ...]  # the flags that leave it open
     probability: Probability | None = None  # from equations and shots
     outside: str = ""  # why the shot is like none of the published ones
+    cannot_tell: bool = False  # it holds near its limit, where simulations like it miss most failures
 
 
 @dataclass(frozen=True)
