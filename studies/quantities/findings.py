@@ -2,8 +2,6 @@
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
@@ -154,19 +152,6 @@ class Renamed:
 
 MOST_LISTED = 5  # names in one cure
 SPELLING, MISSPELT = 0.65, 0.88  # likeness of a name, and of a word with a meaning, that may be meant
-MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
-
-_searches: ContextVar[Iterator[int] | None] = ContextVar("searches", default=None)
-
-
-@contextmanager
-def few_suggestions() -> Iterator[None]:
-    """Look for near names ``MOST_SEARCHES`` times until the end of the block; later names have none."""
-    token = _searches.set(iter(range(MOST_SEARCHES)))
-    try:
-        yield
-    finally:
-        _searches.reset(token)
 
 
 def nearest_cure(value: object, allowed: Iterable[str]) -> str:
@@ -214,9 +199,6 @@ def nearest(value: object, allowed: Iterable[str]) -> list[str]:
     (['speed'], [])
     """
     if not isinstance(value, str) or len(value) > LONGEST_NAME:
-        return []
-    searches = _searches.get()
-    if searches is not None and next(searches, None) is None:
         return []
     return _close(value, sorted(allowed))
 

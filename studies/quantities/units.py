@@ -7,12 +7,10 @@ stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.00
 
 import math
 import re
-import sys
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import cache, lru_cache
 from numbers import Rational, Real
-from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard
 
 from studies.quantities.findings import refusal
@@ -241,6 +239,17 @@ def exact_number(raw: object, field: str, sample: str = "0.5") -> Decimal:
     return _decimal(_digits(raw), raw, field, cure)
 
 
+def exact_share(raw: object, field: str, sample: str) -> float:
+    """A part of one, also in per cent, at the digits of a quantity; raises InvalidInput, whose cure shows the sample.
+
+    >>> exact_share("3 %", "error", "5 %"), exact_share(0.03, "error", "5 %")
+    (0.03, 0.03)
+    """
+    if isinstance(raw, str) and (text := raw.rstrip()).endswith("%"):
+        return round_quantity(exact_number(text[:-1], field, sample) / 100)
+    return round_quantity(exact_number(raw, field, sample))
+
+
 def is_number(raw: object) -> TypeGuard[float | Decimal]:
     """Whether a value is a number; true and false are not."""
     return isinstance(raw, Real | Decimal) and not isinstance(raw, bool)
@@ -347,7 +356,8 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
     Raises WrongDimension, or ValueError where the text is no unit. To pint an angle is a plain number, as
     a percent is; it still knows which of its units are made of radians.
     """
-    pint = _pint()
+    from pint import DimensionalityError
+
     registry = _registry()
     try:
         given_unit = registry.parse_units(_expression(unit_text))
@@ -356,7 +366,7 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         unity = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
         basis = registry.get_root_units(given_unit)[1]
         target_basis = registry.get_root_units(target_unit)[1]
-    except pint.DimensionalityError as error:
+    except DimensionalityError as error:
         raise WrongDimension(str(error)) from error
     except Exception as error:  # what pint raises for a text that is no unit has no common base
         raise ValueError(f"{unit_text!r} is not a unit") from error
@@ -384,25 +394,8 @@ def _expression(unit_text: str) -> str:
 
 
 @cache
-def _pint() -> ModuleType:
-    """The module, without Dask: it imports that for its own arrays wherever it is installed (0.2 s, 2026-11-22).
-
-    None in the place of a module says that there is none, to ``find_spec`` and to ``import``: so the documentation of
-    ``sys.modules``.
-    """
-    hidden = "dask" not in sys.modules
-    if hidden:
-        sys.modules["dask"] = None  # type: ignore[assignment]
-    try:
-        import pint
-    finally:
-        if hidden:
-            del sys.modules["dask"]
-    return pint
-
-
-@cache
 def _registry() -> "UnitRegistry[Decimal]":
     """The one unit registry of the process, computing in decimals."""
-    registry: UnitRegistry[Decimal] = _pint().UnitRegistry(non_int_type=Decimal)
-    return registry
+    from pint import UnitRegistry
+
+    return UnitRegistry(non_int_type=Decimal)

@@ -34,19 +34,6 @@ def kinds_of(runs: Iterable[Run]) -> list[Run]:
     return list(first.values())
 
 
-def compile_kernels(runs: Iterable[Run]) -> int:
-    """Compile what runs need; returns how many kinds they are of."""
-    kinds = [run.as_json() for run in kinds_of(runs)]
-    at_once = min(len(kinds), os.cpu_count() or 1)
-    if at_once <= 1:
-        for kind in kinds:
-            _compile(kind)
-        return len(kinds)
-    with ProcessPoolExecutor(at_once, mp_context=get_context("spawn")) as pool:
-        list(pool.map(_compile, kinds))
-    return len(kinds)
-
-
 def _compile(plain: RunSpec) -> None:
     from solver.simulation import simulate
     from studies.runs.stages import setting_of
@@ -72,8 +59,10 @@ def _kind(run: Run) -> KernelKind:
 
 def main(documents: Sequence[Mapping[str, Plain]]) -> None:
     """Compile the kernels of some sweeps, and print how many kinds there are."""
-    runs = [point.run for document in documents for point in Sweep.parse(document).every_run()]
-    print(compile_kernels(runs))
+    runs = (point.run for document in documents for point in Sweep.parse(document).every_run())
+    kinds = [run.as_json() for run in kinds_of(runs)]
+    with ProcessPoolExecutor(min(len(kinds), os.cpu_count() or 1), mp_context=get_context("spawn")) as pool:
+        print(len(list(pool.map(_compile, kinds))))
 
 
 if __name__ == "__main__":

@@ -13,16 +13,7 @@ from studies.laws.documents import OwnLaw, read_law
 from studies.materials import Material, read_own
 from studies.observations import AllowedNames, Observation, read_observations, written
 from studies.quantities.display import CONTROLS
-from studies.quantities.findings import (
-    Finding,
-    Findings,
-    InvalidInput,
-    few_suggestions,
-    nearest,
-    nearest_cure,
-    refusal,
-    shown,
-)
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest, nearest_cure, refusal, shown
 from studies.quantities.parameters import (
     Parameter,
     Plain,
@@ -85,15 +76,14 @@ def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     swept = as_sweep(document, KEYS)
-    with few_suggestions():
-        try:
-            return _DocumentReading(swept, limits).sweep(make)
-        except InvalidInput as error:
-            if swept is document:
-                raise
-            # The parameters of a shot stand at the top.
-            at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
-            raise InvalidInput(at_top) from None
+    try:
+        return _DocumentReading(swept, limits).sweep(make)
+    except InvalidInput as error:
+        if swept is document:
+            raise
+        # The parameters of a shot stand at the top.
+        at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
+        raise InvalidInput(at_top) from None
 
 
 class _DocumentReading:
@@ -273,9 +263,8 @@ class _DocumentReading:
             self.findings.append(Finding("axes", "nothing", limit, cure))
         if len(self.varied) > self.limits.max_axes:
             limit = f"at most {self.limits.max_axes} axes"
-            count = f"{len(self.varied)} axes"
-            self.findings.append(Finding("axes", count, limit, "split the sweep"))
-            return ()
+            self.findings.append(Finding("axes", f"{len(self.varied)} axes", limit, "split the sweep"))
+            self.findings.check()
         read = [self.findings.attempt(self._axis, terms, combine, *item) for item in self.varied.items()]
         axes = tuple(axis for axis in read if axis is not None)
         if len(axes) == len(self.varied) > 0 and self.sampling is not None:

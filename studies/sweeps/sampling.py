@@ -74,13 +74,12 @@ def read_range(parameter: Parameter, name: str, raw: Plain, reader: AxisReader, 
         raise refusal(field, raw, limit, f"{EXAMPLE}; what has one value belongs under fixed")
     findings = Findings()
     findings.extend(unknown_keys(raw, KEYS, field, "low and high"))
-    low, high = (
+    ends = [
         findings.attempt(read_end, parameter, raw.get(key), f"{field}.{key}", "low and high", EXAMPLE)
         for key in ("low", "high")
-    )
+    ]
     findings.check()
-    assert low is not None
-    assert high is not None
+    low, high = (end for end in ends if end is not None)
     if not low < high:
         unit = parameter.unit or "1"
         raise refusal(f"{field}.high", raw["high"], f"more than {readable(low, unit)}", EXAMPLE)

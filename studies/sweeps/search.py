@@ -28,7 +28,7 @@ from studies.observations import written
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import doubting_flags
 from studies.quantities.parameters import Parameter, Plain, parse_value
-from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
+from studies.quantities.units import exact_share, parse_quantity, readable, round_quantity
 
 KEYS = ("limit_of", "between", "tolerance", "until")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
@@ -252,7 +252,10 @@ def read_search(parameter: Parameter, raw: Mapping[str, Plain], name: str, quant
             raise refusal(f"{field}.until", raw["until"], "until, or a tolerance", "give one of the two")
         if low <= 0.0:
             raise refusal(f"{field}.between[0]", pair[0], "more than zero for until", "give a tolerance instead")
-        until = _read_share(raw["until"], f"{field}.until")
+        until = exact_share(raw["until"], f"{field}.until", "10 %")
+        if not LEAST_UNTIL <= until <= MOST_UNTIL:
+            limit = f"{100.0 * LEAST_UNTIL:g} % to {100.0 * MOST_UNTIL:g} %"
+            raise refusal(f"{field}.until", raw["until"], limit, "write until: 10 %")
         return Search(str(quantity), low, high, tolerance, until, axis=name, unit=unit)
     if raw.get("tolerance") is not None:
         # A difference of two values, without the bounds of these.
@@ -261,17 +264,6 @@ def read_search(parameter: Parameter, raw: Mapping[str, Plain], name: str, quant
             limit = f"a millionth of the interval to all of it, {readable(high - low, unit)}"
             raise refusal(f"{field}.tolerance", raw["tolerance"], limit, "choose another one")
     return Search(str(quantity), low, high, tolerance, axis=name, unit=unit)
-
-
-def _read_share(raw: Plain, field: str) -> float:
-    """A share, "10 %" or 0.1."""
-    text = str(raw).strip()
-    percent = text.endswith("%")
-    share = float(exact_number(text.rstrip("% ") if percent else raw, field, "10 %"))
-    share = round_quantity(share / 100.0 if percent else share)
-    if not LEAST_UNTIL <= share <= MOST_UNTIL:
-        raise refusal(field, raw, f"{100.0 * LEAST_UNTIL:g} % to {100.0 * MOST_UNTIL:g} %", "write until: 10 %")
-    return share
 
 
 def read_end(parameter: Parameter, raw: Plain, field: str, limit: str, example: str = EXAMPLE) -> float:
