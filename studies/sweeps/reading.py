@@ -99,7 +99,7 @@ class _DocumentReading:
         for key in self.document:
             if key not in KEYS:
                 self._refuse(str(key), key, "a key of a sweep", nearest_cure(key, KEYS))
-        combine = self._choice("combine", COMBINATIONS, "one of " + ", ".join(COMBINATIONS))
+        combine = self._choice("combine", COMBINATIONS)
         own = self._materials()
         scenario = self.findings.attempt(self._scenario)
         if scenario is None:
@@ -119,14 +119,13 @@ class _DocumentReading:
         offsets = self.findings.attempt(self._offsets) or 1
         accuracy = self.findings.attempt(self._accuracy, scenario)
         cells = () if accuracy is None else self.findings.attempt(self._cells, axes, combine) or ()
-        self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
         self._check_search(axes, combine)
         self._check_completeness()
         ends = self._ends(terms, axes)
         table = self.document.get("observations")
         observations = None if table is None else self.findings.attempt(read_observations, table, terms)
         laws = self._laws(terms)
-        model_part = self._choice("model_part", MODEL_PARTS, "stored, screen or none")
+        model_part = self._choice("model_part", MODEL_PARTS)
         self._refuse_controls()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
@@ -184,13 +183,13 @@ class _DocumentReading:
             raise refusal("scenario", name, "the name of a scenario", cure)
         return scenarios.load(name)
 
-    def _choice(self, key: str, choices: tuple[Allowed, ...], limit: str) -> Allowed:
+    def _choice(self, key: str, choices: tuple[Allowed, ...]) -> Allowed:
         """One of some words; the first of them where there is none."""
         asked = self.document.get(key, choices[0])
         for choice in choices:
             if asked == choice:
                 return choice
-        self._refuse(key, asked, limit, nearest_cure(asked, choices))
+        self._refuse(key, asked, f"one of {', '.join(choices)}", nearest_cure(asked, choices))
         return choices[0]
 
     def _sampling(self, combine: Combine) -> Sampling | None:
@@ -348,17 +347,6 @@ class _DocumentReading:
             return
         for field, text in twice:
             self.findings.append(Finding(field, text, "each value once", "leave it out"))
-
-    def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
-        """The number of runs, each point refined so many times; nothing is expanded yet."""
-        lengths = [axis.search.most_tries if axis.search else len(axis.values) for axis in axes] or [1]
-        points = math.prod(lengths) if combine == "grid" else max(lengths)
-        if points * times > self.limits.max_runs:
-            limit = f"at most {self.limits.max_runs} runs"
-            size = f"{points * times} runs"
-            if times > 1:
-                size += f" ({points} points, each {times} times for its resolutions and offsets)"
-            self.findings.append(Finding("axes", size, limit, "take fewer values"))
 
     def _accuracy(self, scenario: scenarios.Scenario) -> float | None:
         """The mesh error from which the cells of each point follow; None where they are stated.

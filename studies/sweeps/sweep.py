@@ -91,7 +91,12 @@ class Sweep:
 
         Conditions between several parameters are checked by ``runs()``.
         """
-        return read_sweep(Sweep, document, limits or SweepLimits())
+        limits = limits or SweepLimits()
+        sweep = read_sweep(Sweep, document, limits)
+        if sweep.most_runs > limits.max_runs:
+            size, limit = f"{sweep.most_runs} runs", f"at most {limits.max_runs} runs"
+            raise InvalidInput([Finding("axes", size, limit, "take fewer values, resolutions or offsets")])
+        return sweep
 
     @property
     def definition(self) -> scenarios.Scenario:

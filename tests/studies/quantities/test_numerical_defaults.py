@@ -21,20 +21,13 @@ from tests.contracts.test_scenarios import asked
 # Recipes
 
 
-def test_recipes__are_those_that_a_parameter_may_name() -> None:
-    assert set(RECIPES) == set(IMPACT_RECIPES) == set(get_args(RecipeName))
-
-
 def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> None:
+    assert set(RECIPES) == set(IMPACT_RECIPES) == set(get_args(RecipeName))
     optional = {name for name, one in declared(Numerics).items() if one.default is None and not one.required}
     # Left out, they stay out: the stable step, and the film's usual interval.
-    no_numerics = {"fixed_dt", "film_interval"}
-    assert {one.name for one in dataclasses.fields(Recipe)} == optional - no_numerics
-
-
-def test_recipe__decides_every_parameter_of_impacts_that_is_said_to_be_its_own() -> None:
-    own = {name for name, one in declared(ImpactShot).items() if one.meaning.endswith(BY_RECIPE)}
-    assert {one.name for one in dataclasses.fields(ImpactRecipe)} == own
+    assert {one.name for one in dataclasses.fields(Recipe)} == optional - {"fixed_dt", "film_interval"}
+    of_impacts = {name for name, one in declared(ImpactShot).items() if one.meaning.endswith(BY_RECIPE)}
+    assert {one.name for one in dataclasses.fields(ImpactRecipe)} == of_impacts
 
 
 # Particles
@@ -83,26 +76,13 @@ def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: st
     assert type(getattr(problem, name)) is type(expected)
 
 
-# Offset
-
-
-@pytest.fixture(params=["axisymmetric", "quarter"])
-def geometry(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
-def flight(geometry: str) -> int:
-    return 1 if geometry == "axisymmetric" else 2
-
-
-def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str) -> None:
+@pytest.mark.parametrize(("geometry", "flight"), [("axisymmetric", 1), ("quarter", 2)])
+def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str, flight: int) -> None:
     aligned, shifted = (
         setting_of(asked("thin_plate", geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25)
     )
     shift = np.asarray(shifted.geometry.lower) - np.asarray(aligned.geometry.lower)
-    expected = np.zeros(3)
-    expected[flight(geometry)] = -0.25 * aligned.geometry.spacing
-    assert shift == pytest.approx(expected, abs=1e-15)
+    assert shift == pytest.approx(-0.25 * aligned.geometry.spacing * np.eye(3)[flight], abs=1e-15)
     for one, other in zip(aligned.bodies, shifted.bodies, strict=True):
         assert np.array_equal(one.position, other.position)
         assert np.array_equal(one.mass, other.mass)

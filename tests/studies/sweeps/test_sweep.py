@@ -18,9 +18,11 @@ from studies.runs.run import estimate
 from studies.sweeps import examples
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
+from studies.sweeps.kernels import kinds_of
 from studies.sweeps.longer import with_values
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
+from tests.samples import needs
 
 DOCUMENT: dict[str, Any] = {
     "name": "holes",
@@ -308,6 +310,14 @@ def test_example__makes_runs(example: str) -> None:
     assert sweep.name == example
     assert len(sweep.runs()) == sweep.size
     assert Sweep.parse(sweep.document()) == sweep
+
+
+@pytest.mark.parametrize(
+    ("example", "kinds"), [("holes", 1), ("craters", 1), pytest.param("taylor", 2, marks=needs("taylor_bar"))]
+)
+def test_kinds_of_kernels__are_those_of_geometry_choices_and_laws(example: str, kinds: int) -> None:
+    sweep = Sweep.parse(read_yaml(examples.text(example), example))
+    assert len(kinds_of(point.run for point in sweep.runs())) == kinds
 
 
 @pytest.mark.parametrize(
