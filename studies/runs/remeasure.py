@@ -54,23 +54,24 @@ def outdated(scenario: str, stored: Mapping[str, StoredVersion]) -> tuple[str, .
     return tuple(name for name, version in definitions(scenario).items() if is_outdated(name, version))
 
 
+def versions_of(result: RunResult) -> dict[str, StoredVersion]:
+    """What the JSON of a result says of the definitions of its measurements."""
+    return {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
+
+
 def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult:
     """The result of a run with all that is outdated read off its final state; ``by`` is the author, for provenance.
 
     Raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
     """
-    stored = {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
-    chosen = [measurements.load(name) for name in outdated(run.scenario, stored)]
+    chosen = [measurements.load(name) for name in outdated(run.scenario, versions_of(result))]
     if not chosen:
         return result
-    renewed = dict(result.measurements)
     read = [measurement for measurement in chosen if not measurement.follows]
-    renewed |= {m.name: _kept(m, result) for m in chosen if m.follows}
+    renewed = {**result.measurements, **{m.name: _kept(m, result) for m in chosen if m.follows}}
     if read:
         view = _view_of(run, result, state)
-        renewed |= {
-            measurement.name: _from_state(run, measurement, measurement.read(view), result) for measurement in read
-        }
+        renewed |= {m.name: _from_state(run, m, m.read(view), result) for m in read}
     # Names as the scenario has them, then those that it no longer has.
     order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
     renewed_result = replace(
