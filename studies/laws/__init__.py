@@ -24,7 +24,7 @@ from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, 
 from studies.laws._shot import Shot
 from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words, without_markup
 from studies.laws.predicted import critical, unmeasured
-from studies.laws.targets import shot_from, shot_of, target_of
+from studies.laws.targets import shot_from, target_of
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain
 
@@ -55,7 +55,6 @@ __all__ = [
     "names",
     "range_in_words",
     "shot_from",
-    "shot_of",
     "target_of",
     "unmeasured",
 ]
@@ -182,16 +181,11 @@ class Law:
 
 def _plain(limit: Limit) -> dict[str, Plain]:
     """A limit as plain values, for a catalogue; None for a bound that is none."""
+    bounds = {name: getattr(limit, name) for name in ("low", "high")}
     return {
         "words": limit_in_words(limit),
-        "code": limit.code,
-        "symbol": limit.symbol,
-        "low": limit.low if math.isfinite(limit.low) else None,
-        "high": limit.high if math.isfinite(limit.high) else None,
-        "unit": limit.unit,
-        "names": limit.names,
-        "source": limit.source,
-        "machine_checked": limit.machine_checked,
+        **{name: bound if math.isfinite(bound) else None for name, bound in bounds.items()},
+        **{name: getattr(limit, name) for name in ("code", "symbol", "unit", "names", "source", "machine_checked")},
     }
 
 

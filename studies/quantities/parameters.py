@@ -288,8 +288,13 @@ def parse_value(
             return None
         raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
     if parameter.kind == "quantity":
-        is_si = si and is_number(raw)
-        return _within(round_quantity(_exact(parameter, raw, field, is_si=is_si)), parameter, raw, field)
+        if si and is_number(raw):
+            exact = exact_number(raw, field)
+        elif parameter.unit == "1":
+            exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+        else:
+            exact = parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
+        return _within(round_quantity(exact), parameter, raw, field)
     if parameter.kind == "integer":
         number = exact_number(raw, field, str(parameter.bounds.nearest(1)))
         if number != number.to_integral_value():
@@ -311,15 +316,6 @@ def parse_value(
     if not isinstance(raw, str) or not raw or (names and raw not in names):
         raise refusal(field, raw, limit, nearest_cure(raw, names))
     return raw
-
-
-def _exact(parameter: Parameter, raw: Plain, field: str, *, is_si: bool) -> Decimal:
-    """The exact number of a quantity, in SI; a bare one stands for SI where it ``is_si``."""
-    if is_si:
-        return exact_number(raw, field)
-    if parameter.unit == "1":
-        return exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
-    return parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
 
 
 def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:

@@ -116,10 +116,6 @@ DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 
 PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
 
 
-class WrongDimension(Exception):
-    """A unit of another dimension than the one asked for."""
-
-
 def round_quantity(value: float | Decimal) -> float:
     """A quantity at 12 significant digits: what is used, hashed and stored; zero has no sign.
 
@@ -209,16 +205,17 @@ def pattern_of(unit: str) -> str:
 def convert(number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
     raw, cure = f"{number} {unit_text}", _cure(unit, bounds)
-    if len(unit_text) > LONGEST_TEXT:
+    conversion = None
+    if len(unit_text) <= LONGEST_TEXT:
+        try:
+            usual = _FACTORS.get((unit_text, unit))
+            conversion = (usual, Decimal(0)) if usual else _conversion(unit_text, unit)
+        except ValueError:
+            limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
+            raise refusal(field, raw, limit, cure) from None
+    if conversion is None:
         raise refusal(field, raw, _allowed(unit), cure)
-    try:
-        factor = _FACTORS.get((unit_text, unit))
-        factor, offset = (factor, Decimal(0)) if factor else _conversion(unit_text, unit)
-    except WrongDimension:
-        raise refusal(field, raw, _allowed(unit), cure) from None
-    except ValueError:
-        limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
-        raise refusal(field, raw, limit, cure) from None
+    factor, offset = conversion
     return _bounded(number * factor + offset, raw, field, cure)
 
 
@@ -350,11 +347,11 @@ def _inside(number: Decimal, unit_text: str, unit: str, bounds: Bounds) -> bool:
 
 
 @lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
-def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
-    """Factor and offset from a unit to an SI unit; the offset is zero but for degC.
+def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal] | None:
+    """Factor and offset from a unit to an SI unit, None to one of another dimension; the offset is zero but for degC.
 
-    Raises WrongDimension, or ValueError where the text is no unit. To pint an angle is a plain number, as
-    a percent is; it still knows which of its units are made of radians.
+    Raises ValueError where the text is no unit. To pint an angle is a plain number, as a percent is; it still knows
+    which of its units are made of radians.
     """
     from pint import DimensionalityError
 
@@ -366,13 +363,11 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         unity = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
         basis = registry.get_root_units(given_unit)[1]
         target_basis = registry.get_root_units(target_unit)[1]
-    except DimensionalityError as error:
-        raise WrongDimension(str(error)) from error
+    except DimensionalityError:
+        return None
     except Exception as error:  # what pint raises for a text that is no unit has no common base
         raise ValueError(f"{unit_text!r} is not a unit") from error
-    if basis != target_basis:
-        raise WrongDimension(f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}")
-    return Decimal(unity - zero).normalize(), Decimal(zero).normalize()
+    return (Decimal(unity - zero).normalize(), Decimal(zero).normalize()) if basis == target_basis else None
 
 
 def _expression(unit_text: str) -> str:

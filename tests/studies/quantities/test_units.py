@@ -89,8 +89,9 @@ def test_usual_units__have_the_factors_of_pint() -> None:
     """Each unit that is known without pint is worth what pint says, but for spellings that it does not know."""
     spelled = {"mil": "thou", "mils": "thou", '"': "inch", "″": "inch", "g/ccm": "g/cm3"}
     for (text, unit), factor in _FACTORS.items():
-        expected, _ = _conversion(spelled.get(text, text), unit)
-        assert float(factor) == pytest.approx(float(expected), rel=1e-15), text
+        conversion = _conversion(spelled.get(text, text), unit)
+        assert conversion is not None
+        assert float(factor) == pytest.approx(float(conversion[0]), rel=1e-15), text
 
 
 @dataclass(frozen=True, kw_only=True)
