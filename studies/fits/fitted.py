@@ -13,7 +13,6 @@ from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
-from studies.laws.documents import LawReader
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import Plain
 from studies.quantities.units import is_number, parse_quantity, readable
@@ -134,9 +133,6 @@ def read_law(document: object, path: str) -> FittedLaw:
     if not isinstance(document, Mapping):
         raise refusal(path, document, "the content of the file of a fit", EXAMPLE)
     return _Reading(document, path).law()
-
-
-READER = LawReader("fitted", read_law)
 
 
 class _Reading:

@@ -46,10 +46,7 @@ def load(name: str) -> Material:
 
 
 def read_own(document: Plain, path: str = "", name: str | None = None) -> Material:
-    """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput.
-
-    ``path`` goes before each key in a finding; ``name`` is that under which the document stands.
-    """
+    """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput below ``path``."""
     if not isinstance(document, Mapping) or "base" not in document:
         return read_document(document, name=name, path=path)
     base, changes = document["base"], {k: v for k, v in document.items() if k != "base"}

@@ -29,11 +29,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 def read_document(
     document: Plain, *, name: str | None = None, path: str = "", base: Material | None = None
 ) -> Material:
-    """The material of a document; ``name`` where the document stands under a name of its own.
-
-    ``path`` goes before each key in a finding; ``base`` gives what the document leaves out. Raises InvalidInput with
-    every finding.
-    """
+    """The material of a document, upon a ``base``; ``path`` goes before each key of a finding. Raises InvalidInput."""
     if not isinstance(document, Mapping):
         limit, cure = "a material: names and values", "name a material that ships as its base"
         raise refusal(path or "material", document, limit, cure)

@@ -102,10 +102,7 @@ class Measurement:
         return bool(value is not None and uncertainty and uncertainty > self.widest * abs(value))
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
-        """Uncertainty of a value by its parts, None where they tell none, and then the flag that says so.
-
-        It is never 0: the mesh decides every number but the 1 or 0 of an outcome, which has no uncertainty.
-        """
+        """Uncertainty of a value by its parts, never 0; None where they tell none, and then the flag that says so."""
         size = math.hypot(*numerical_parts(parts).values())
         is_flagged = size > 0.0 or self.is_outcome or self.mesh_determined
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)

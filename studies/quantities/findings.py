@@ -41,11 +41,7 @@ class Doubt:
 
 
 class InvalidInput(WhippleError):
-    """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
-
-    ``more`` is the number of errors that a response has left out; ``pointers`` are JSON pointers to the fields in a
-    document, where there is one.
-    """
+    """An input is refused for some errors, with ``more`` that are left out and JSON ``pointers`` to their fields."""
 
     def __init__(
         self, findings: Iterable[Finding], *, more: int = 0, pointers: Mapping[str, str] = MappingProxyType({})
@@ -141,10 +137,7 @@ SYNONYMS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Renamed:
-    """Whole names that people write for one of a feature's parameters.
-
-    A feature adds its own through the entry-point group ``whipple.studies.quantities.findings``.
-    """
+    """Names that people write for a feature's parameters; entry points ``whipple.studies.quantities.findings``."""
 
     name: str  # of the feature
     meant: Mapping[str, str]

@@ -211,10 +211,7 @@ def lists_of(record: type) -> Mapping[str, tuple[Places, type]]:
 
 
 def by_place(values: Mapping[str, Plain], path: str, *records: type) -> dict[str, Plain]:
-    """Values of parameters, with those of each list of the records in their places; raises InvalidInput.
-
-    A list that stands at a dotted path has the words of the fields of its record.
-    """
+    """Values of parameters, those of each list of the records in their places; raises InvalidInput."""
     placed = dict(values)
     for key, (places, part) in {key: found for record in records for key, found in lists_of(record).items()}.items():
         if key in placed:

@@ -40,10 +40,7 @@ class StoredVersion(TypedDict, total=False):
 
 
 def outdated(scenario: str, stored: Mapping[str, StoredVersion]) -> tuple[str, ...]:
-    """Measurements of a run that a look at its final state could renew, by what it measured.
-
-    What it did not measure and a run may lack is none.
-    """
+    """Measurements that a look at the final state of a run could renew, but for those that the run may lack."""
 
     def is_outdated(name: str, version: int) -> bool:
         if name not in stored:

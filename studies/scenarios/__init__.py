@@ -71,10 +71,7 @@ class SetUp(ABC, Generic[StageSetting, View]):
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
-        """The same parameters with the defaults that follow from others, at 12 significant digits.
-
-        One that does not act beside the others is None.
-        """
+        """The same with the defaults that follow from others, at 12 digits; what does not act is None."""
 
     @abstractmethod
     def check(self, materials: Materials) -> list[Finding]:
@@ -122,10 +119,7 @@ class SetUp(ABC, Generic[StageSetting, View]):
         return 1
 
     def next_stage(self, setting: StageSetting, outcome: "Outcome", materials: Materials) -> StageSetting | None:
-        """The problem that follows the outcome of a stage; None after the last stage.
-
-        The same arguments give the same bits, so that a run can go on from a stored outcome.
-        """
+        """The problem that follows a stage, the same bits from the same arguments; None after the last stage."""
         return None
 
     def sections(self, setting: StageSetting) -> "SectionOptions":

@@ -434,10 +434,7 @@ class _DocumentReading:
 
 
 def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
-    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
-
-    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
-    """
+    """The names that a document of a scenario may use, with the constants that all materials of a role have."""
     scenario = scenarios.load(scenario_name)
     parameters = dict(declared(scenario.parameters))
     for role, names in roles.items():

@@ -21,14 +21,18 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from solver.registry import entries
 from studies import measurements
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import doubting_flags
 from studies.quantities.parameters import Parameter, Plain, parse_value
 from studies.quantities.units import exact_share, parse_quantity, readable, round_quantity
+
+if TYPE_CHECKING:
+    from studies.laws import Shot
 
 KEYS = ("limit_of", "between", "tolerance", "until")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
@@ -40,6 +44,20 @@ HALVINGS = 40  # of a gap, in the logarithm, until the value is found that halve
 
 LimitOutcome = bool | None  # of an ended run; None: it failed, or ended undecided
 Chance = Callable[[float], float]  # that the limit lies below a value
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The chance that a searched limit lies below a value of an axis, before any run.
+
+    A feature guides the searches for an outcome of its own through the entry-point group
+    ``whipple.studies.sweeps.search``.
+    """
+
+    name: str
+    outcome: str  # of which the limit is searched
+    axis: str
+    chance: "Callable[[Shot], Chance | None]"  # None where it is not known
 
 
 class SearchVerdict(StrEnum):
@@ -123,14 +141,16 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
+def guide_of(outcome: str, axis: str) -> Guide | None:
+    """The guide of a search; None where there is none."""
+    every: list[Guide] = [*entries(__name__, "GUIDE").values()]
+    return next((guide for guide in every if (guide.outcome, guide.axis) == (outcome, axis)), None)
+
+
 def replay(
     search: Search, outcome_of: Callable[[float], LimitOutcome | str], chance: Chance | None = None
 ) -> SearchedLimit:
-    """A search as its results tell it.
-
-    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``chance`` guides a search
-    with ``until``.
-    """
+    """A search by ``outcome_of`` values, which may be the state of an unfinished run; ``chance`` guides ``until``."""
     tried = list(search.start(chance))
     while True:
         outcomes = {value: outcome_of(value) for value in sorted(tried)}

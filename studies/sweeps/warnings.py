@@ -1,7 +1,4 @@
-"""Warnings about a sweep that is allowed and hardly useful: an impact too slow, a plate that nothing perforates.
-
-And about its constants: those that are doubtful (``scenarios/parts/doubts.py``).
-"""
+"""Warnings about a sweep that is allowed: slow impacts, plates that nothing perforates, doubtful constants."""
 
 from collections import defaultdict
 from collections.abc import Iterator

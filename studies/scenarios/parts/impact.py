@@ -100,10 +100,7 @@ ImpactStage = TypeVar("ImpactStage", bound=ImpactSetting)
 
 @dataclass(frozen=True)
 class Impact:
-    """A projectile in front of a plate or block, by its filled parameters.
-
-    A ``deep`` target stands for a half-space: where edges absorb, its back does too.
-    """
+    """A projectile in front of a plate, or of a ``deep`` half-space whose back absorbs where its edges do."""
 
     parameters: "ImpactSetUp"
     _: KW_ONLY
