@@ -42,9 +42,12 @@ class StoredVersion(TypedDict, total=False):
 def outdated(scenario: str, stored: Mapping[str, StoredVersion]) -> tuple[str, ...]:
     """Measurements that a look at the final state of a run could renew, but for those that the run may lack."""
 
+    known = scenarios.load(scenario)
+    may_lack = {*known.of_role, *known.asked_by}
+
     def is_outdated(name: str, version: int) -> bool:
         if name not in stored:
-            return not scenarios.load(scenario).may_lack(name)
+            return name not in may_lack
         is_settled = measurements.load(name).follows and NEEDS_SOLVING in stored[name]["flags"]
         return stored[name]["version"] != version and not is_settled
 

@@ -118,7 +118,8 @@ def as_measured(
     """A reading with its uncertainty and flags; ``growth`` is a part of it, ``settled`` says whether the value has."""
     value, parts, flags = (reading.value if math.isfinite(reading.value) else None), dict[str, float](), reading.flags
     if value is not None:
-        parts = parameters.all_parts(measurement.name, value, reading.parts)
+        shares = parameters.uncertainty_parts(measurement.name)
+        parts = {**reading.parts, **{part: share * abs(value) for part, share in shares.items()}}
         flags = (*flags, *[MESH_DETERMINED] * measurement.mesh_determined)
         flags = (*flags, *[STILL_GROWING] * (not settled))
         if math.isfinite(growth):

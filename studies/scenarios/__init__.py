@@ -148,10 +148,6 @@ class SetUp(ABC, Generic[StageSetting, View]):
         """The set-up before a run; None where a parameter that it needs is missing."""
         return None
 
-    def all_parts(self, measurement: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
-        """The parts of the uncertainty of a value: those of its reading, and those of ``uncertainty_parts``."""
-        return {**parts, **{part: share * abs(value) for part, share in self.uncertainty_parts(measurement).items()}}
-
 
 @dataclass(frozen=True)
 class Scenario:
@@ -205,10 +201,6 @@ class Scenario:
     def is_asked(self, measurement: str, stated: Collection[str]) -> bool:
         """Whether a measurement is asked for where these parameters are stated."""
         return {*self.asked_by.get(measurement, ())} <= {*stated}
-
-    def may_lack(self, measurement: str) -> bool:
-        """Whether a run may be without a measurement: it lacks its body, or does not ask for it."""
-        return measurement in self.of_role or measurement in self.asked_by
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
         """True for a grid so coarse that the error of its measurements is unknown."""

@@ -1,5 +1,6 @@
 """The files of a sweep's document: YAML or JSON texts as mappings, and the errors for files that are not there."""
 
+import os
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
@@ -52,7 +53,7 @@ def with_files(document: Mapping[str, Plain], folder: Path) -> dict[str, Plain]:
     if isinstance(table, PurePath) or (isinstance(table, str) and "\n" not in table.strip()):
         name = str(table).strip()
         # A name without an ending and without a file is one of a table that ships, or refused as such.
-        if isinstance(table, PurePath) or Path(name).suffix or _is_there(folder / name):
+        if isinstance(table, PurePath) or Path(name).suffix or os.path.isfile(folder / name):
             document["observations"] = text_of(folder / name, "observations")
     laws = document.get("laws")
     if isinstance(laws, list):
@@ -106,13 +107,6 @@ def text_of(file: Path, name: str, example: str = "") -> str:
     except (OSError, ValueError) as error:
         raise InvalidInput([Finding(name, shown(str(file)), "a text file that can be read", str(error))]) from None
     return decoded(content, f"{name} ({file.name})" if name != str(file) else name)
-
-
-def _is_there(file: Path) -> bool:
-    try:
-        return file.is_file()
-    except OSError:  # a text too long for a name
-        return False
 
 
 def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidInput:

@@ -23,14 +23,15 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
-KernelKind = tuple[str, tuple[tuple[str, str], ...], tuple[tuple[str, tuple[str, str]], ...]]
-
 
 def kinds_of(runs: Iterable[Run]) -> list[Run]:
-    """One run of each kind."""
-    first: dict[KernelKind, Run] = {}
+    """One run of each scenario, choices and laws of the materials: runs that agree in them share their kernels."""
+    first: dict[object, Run] = {}
     for run in runs:
-        first.setdefault(_kind(run), run)
+        named = {*run.materials, "recipe"}
+        choices = [item for item in run.parameters.items() if isinstance(item[1], str) and item[0] not in named]
+        laws = [(role, material.eos.kind, material.strength.kind) for role, material in run.materials.items()]
+        first.setdefault((run.scenario, *sorted(choices), *sorted(laws)), run)
     return list(first.values())
 
 
@@ -44,17 +45,6 @@ def _compile(plain: RunSpec) -> None:
         problem = setting.problem
         outcome = simulate(replace(problem, end_time=problem.start_time + 1e-15))
         setting = run.set_up.next_stage(setting, outcome, run.materials)
-
-
-def _kind(run: Run) -> KernelKind:
-    """Scenario, choices and laws of the materials: runs that agree in them share their kernels."""
-    choices = {
-        name: value
-        for name, value in run.parameters.items()
-        if isinstance(value, str) and name not in (*run.materials, "recipe")
-    }
-    laws = {role: (material.eos.kind, material.strength.kind) for role, material in run.materials.items()}
-    return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))
 
 
 def main(documents: Sequence[Mapping[str, Plain]]) -> None:
