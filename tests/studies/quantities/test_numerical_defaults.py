@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from solver.grid.shapes.gimp import Gimp
-from solver.grid.shapes.linear import Linear
-from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
-from solver.matter.tensor import Jaumann, Unturned
-from solver.problem import Contact, Criterion, Damping, Retirement, Scheme
+from solver.matter.tensor import Unturned
+from solver.problem import Contact, Criterion, Damping, Retirement
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.quantities.parameters import declared
 from studies.runs.stages import setting_of
@@ -52,18 +50,12 @@ def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_reci
 @pytest.mark.parametrize(
     ("change", "name", "expected"),
     [
-        ({"shape": "linear"}, "shape", Linear()),
-        ({"shape": "quadratic-bspline"}, "shape", QuadraticBSpline()),
         ({"shape": "gimp", "particles_per_cell": 2}, "shape", Gimp(0.25)),
         ({"shape": "gimp", "particles_per_cell": 4}, "shape", Gimp(0.125)),
-        ({"scheme": "usf"}, "scheme", Scheme.USF),
         ({"damping_rate": 2e4, "damping_order": 2}, "damping", Damping(2e4, 2)),
-        ({}, "contact", None),
         ({"contact": "bardenhagen", "friction": 0.3}, "contact", Contact(0.3)),
         ({"contact": "thesis"}, "contact", Contact(0.0, Criterion.MAPPED)),
-        ({}, "stress_rate", Jaumann()),
         ({"jaumann": False}, "stress_rate", Unturned()),
-        ({"fixed_dt": 1e-9}, "fixed_dt", 1e-9),
         ({"debris": "follow"}, "retirement", None),
         ({"recipe": "thesis"}, "retirement", None),
         # Five times in which 8 mm are flown at 4 km/s.

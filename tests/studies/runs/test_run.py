@@ -86,13 +86,6 @@ def test_identity__has_none_of_what_does_not_act() -> None:
 # Refusals
 
 
-def test_resolve__refuses_unknown_names_with_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="speed"):
-        asked(sped=3000.0)
-    with pytest.raises(InvalidInput, match="thin_plate"):
-        resolve("thin_plat", PLATE, OURS)
-
-
 @pytest.mark.parametrize("value", [-3000.0, 0.0, math.nan, 1e9, "fast", None, True, ...])
 def test_resolve__refuses_an_invalid_speed(value: Any) -> None:
     assert refused(speed=value) == ["parameters.speed"]
