@@ -6,8 +6,7 @@ around it: equation as published, source, the scatter that the source states, an
 checked and where it is stated; it is for compact projectiles unless it states another ``projectile``. Its
 ``confidence`` decides its use: a law that is recalled and unchecked, or a rule of thumb, is drawn and compared, and
 enters no verdict, no recommendation and no average (``DRAWN_ONLY``).
-``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit. A law that a sweep brings
-along is read by an entry of ``documents``, which offers none itself.
+``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
 NaN with the reason. Its band is the smallest to the largest answer over its stated variants.

@@ -7,8 +7,7 @@ a number that it could have (no melting, no limit in tension), write ``value = "
 source of that choice. ``yield_stresses`` lists the published values that a law may be evaluated
 with. Another distribution adds one through an entry point of the group
 ``whipple.studies.materials``, named after the material, whose value is the package that holds the
-file. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
-for plausible elastic constants, and for no doubt about any (``scenarios/parts/doubts.py``).
+file. ``tests/contracts/test_materials.py`` finds it.
 
 A user's material is the same schema inside a sweep; there a number may stand alone with its unit
 (``A = "900 MPa"``: then the user is its source), and ``base`` names a shipped material that gives all else.

@@ -1,10 +1,9 @@
 """Checked parameters: values that a person wrote, against the annotations and limits of a record.
 
-A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
-``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
-meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
-model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold
-other records, and lists of them (``Places``): at the door their fields stand beside its own (``flat``, ``nested``).
+A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``, ``bool``, a ``Literal``,
+``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its meaning and bounds. A model of the
+solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold other
+records, and lists of them (``Places``): at the door their fields stand beside its own (``flat``, ``nested``).
 """
 
 import dataclasses

@@ -1,7 +1,6 @@
 """Units of user input: "6 km/s" becomes an exact SI number, or an error with its cure.
 
-Only here does a unit other than SI exist, and only here is pint imported, at the first value whose
-unit is not one of the usual ones, so that a process that never parses one never pays for it. Numbers
+Only here does a unit other than SI exist, and only here is pint imported, at the first value in no usual unit. Numbers
 stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.0024 m" are the same run.
 """
 

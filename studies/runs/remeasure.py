@@ -1,10 +1,8 @@
 """Reads the stored final state of a run again when the definition of a measurement has changed; nothing is solved.
 
-What a run measured carries the version of the definition that it was read with. Where that is no longer today's, the
-measurement is read off the final state once more. How a measurement grew belongs to its old definition, and a final
-state cannot tell it: the history of one that was read again is its last value alone, its uncertainty has no part for
-growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A measurement that looks at the
-history of others keeps its value and gets the same flag.
+A final state cannot tell how a measurement grew: the history of one that was read again is its last value alone, its
+uncertainty has no part for growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A
+measurement that looks at the history of others keeps its value and gets the same flag.
 """
 
 import math

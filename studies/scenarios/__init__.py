@@ -3,9 +3,8 @@
 How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``. Its parameters are a ``SetUp``, a frozen
 dataclass: annotations give units, meaning and bounds (``Described``), and so the API, the checks at the door, the cube
 and the documentation follow. Parameters that several scenarios share are a record of ``parts/``, which each of them
-holds in a field. Nothing here is heavy to import: NumPy and the solver, which compiles for seconds, are imported by the
-functions that build a problem, in the process that runs it. The contract tests build it at its corners, weigh its
-bodies and audit ten steps; give it small parameters there.
+holds in a field. NumPy and the solver, which compiles for seconds, are imported by the functions that build a problem.
+The contract tests build it at its corners and audit ten steps; give it small parameters there.
 """
 
 import math

@@ -1,11 +1,8 @@
 """Compiles the kernels of sweeps into the cache before their runs ask for them.
 
 ``python -m studies.sweeps.kernels EXAMPLE ...`` takes examples that ship, and without one a JSON list of documents from
-stdin. It needs numba, NumPy, SciPy and PyYAML alone, so that a set-up begins with it.
-
-Which kernels a run needs is decided by its geometry, its numerical choices and the laws of its materials; runs that
-agree in these are of one kind, and one step of one of them compiles all. Each kind is compiled in a process of its own,
-as many at once as there are cores.
+stdin. It needs numba, NumPy, SciPy and PyYAML alone, so that a set-up begins with it. One step of one run of each kind
+compiles all, in a process of its own, as many at once as there are cores.
 """
 
 import json

@@ -10,10 +10,8 @@ most tries are used up. A run without an outcome, or with a 0 that a flag leaves
 interval wider.
 
 ``until: 10 %`` asks for an interval of this width over its values, and spends its runs where the answer is least known:
-each value halves the chance that the limit lies between two neighbours. For the wall of a shield that chance is half
-what equations and published shots say and half even in the logarithm, so that equations that err cost one run;
-elsewhere it is even. So the first value is one of which equations disagree, and an end is tried only where no run
-bounds the limit.
+each value halves the chance that the limit lies between two neighbours. That chance is half what a ``Guide`` says and
+half even in the logarithm, so that a guide that errs costs one run. An end is tried only where no run bounds the limit.
 """
 
 import math
