@@ -8,21 +8,13 @@ import pytest
 import yaml
 
 from studies import materials
-from studies.materials import Material
 from studies.quantities.findings import InvalidInput
 
-
-@pytest.fixture
-def copper() -> Material:
-    return materials.load("copper-ofhc")
+COPPER = materials.load("copper-ofhc")
 
 
-@pytest.fixture
-def document(copper: Material) -> dict[str, Any]:
-    return copper.document()
-
-
-def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
+def test_document__of_several_mistakes_is_told_all_at_once() -> None:
+    document: Any = COPPER.document()
     del document["eos"]
     document["density"]["unit"] = "m"
     document["strength"].pop("n")
@@ -48,10 +40,10 @@ def test_typed__is_a_material_whose_source_is_the_user() -> None:
     assert materials.read_own(steel.document()) == steel
 
 
-def test_base__gives_what_is_left_out(copper: Material) -> None:
+def test_base__gives_what_is_left_out() -> None:
     ours = materials.read_own({"base": "copper-ofhc", "strength": {"A": "95 MPa"}}, name="ours")
-    assert ours.resolved() == {**copper.with_value("strength.A", 95e6).resolved(), "name": "ours", "title": "ours"}
-    assert ours.sources["density"] == copper.sources["density"]
+    assert ours.resolved() == {**COPPER.with_value("strength.A", 95e6).resolved(), "name": "ours", "title": "ours"}
+    assert ours.sources["density"] == COPPER.sources["density"]
 
 
 # Each mistake in the document of copper: path, value, and a word of what is said.
@@ -87,10 +79,9 @@ MISTYPED: list[tuple[str, Any, str]] = [
 @pytest.mark.parametrize(
     ("is_typed", "path", "value", "says"), [*((False, *row) for row in MISTAKES), *((True, *row) for row in MISTYPED)]
 )
-def test_material__with_a_mistake_is_refused_with_the_key(
-    document: dict[str, Any], is_typed: bool, path: str, value: Any, says: str
-) -> None:
-    place = written = typed() if is_typed else document
+def test_material__with_a_mistake_is_refused_with_the_key(is_typed: bool, path: str, value: Any, says: str) -> None:
+    place: Any = typed() if is_typed else COPPER.document()
+    written = place
     *parents, last = path.split(".")
     for parent in parents:
         place = place[parent]
