@@ -99,11 +99,10 @@ def cost_of(sweep: Sweep) -> Cost:
 
 def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
     """The cost of a sweep at each accuracy; empty where none can set its resolution."""
+    if not sweep.definition.accurate or RESOLUTION in {*sweep.fixed, *(axis.name for axis in sweep.axes)}:
+        return
     for name, error in ACCURACY.items():
-        try:
-            resolved = sweep.at_accuracy(error)
-        except ValueError:
-            return
+        resolved = replace(sweep, resolutions=(), offsets=1, accuracy=error, cells=())
         reason = f"more than {most_runs} runs" if resolved.most_runs > most_runs else ""
         try:
             cost = None if reason else sweep_cost(resolved)

@@ -1,6 +1,5 @@
 """Reads the document of a sweep, YAML or JSON as plain values, into checked fields, or a list of all errors."""
 
-import math
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -118,7 +117,7 @@ class _DocumentReading:
         resolutions = self.findings.attempt(self._resolutions) or ()
         offsets = self.findings.attempt(self._offsets) or 1
         accuracy = self.findings.attempt(self._accuracy, scenario)
-        cells = () if accuracy is None else self.findings.attempt(self._cells, axes, combine) or ()
+        cells = () if accuracy is None else self.findings.attempt(self._cells) or ()
         self._check_search(axes, combine)
         self._check_completeness()
         ends = self._ends(terms, axes)
@@ -368,15 +367,11 @@ class _DocumentReading:
             raise refusal("accuracy", wanted, limit, "give a resolution: resolution: 16")
         return error
 
-    def _cells(self, axes: tuple[Axis, ...], combine: Combine) -> tuple[float | None, ...]:
+    def _cells(self) -> tuple[float | None, ...]:
         """The cells that an accuracy chose for each point when a sweep was accepted; at the door it chooses anew."""
         chosen = self.document.get("cells")
-        if chosen is None or self.limits is not ACCEPTED:
+        if not isinstance(chosen, list | tuple) or self.limits is not ACCEPTED:
             return ()
-        lengths = [len(axis.values) for axis in axes if not axis.search] or [1]
-        points = math.prod(lengths) if combine == "grid" else lengths[0]
-        if not isinstance(chosen, list | tuple) or len(chosen) != points:
-            raise refusal("cells", chosen, f"a list with the cells of each of {points} points", "leave it out")
         cells = self.record[RESOLUTION]
         return tuple(None if one is None else float(parse_value(cells, one, "cells") or 0.0) for one in chosen)
 

@@ -323,12 +323,6 @@ class Sweep:
             if shots.quantity in quantities and shipped.load(shots.materials[-1]).family in families
         ]
 
-    def at_accuracy(self, error: float) -> "Sweep":
-        """The sweep with one grid a point, by a mesh error; ValueError where it has none, or sets its cells."""
-        if not self.definition.accurate or RESOLUTION in {*self.fixed, *(axis.name for axis in self.axes)}:
-            raise ValueError(f"{self.name}: no accuracy can set its resolution")
-        return replace(self, resolutions=(), offsets=1, accuracy=error, cells=())
-
     def _places(self) -> Iterator[Place]:
         """Index and coordinates of every run."""
         for place, at in self._points():

@@ -47,9 +47,8 @@ def doubtful_constants(sweep: Sweep) -> Iterator[str]:
     found, looked_at = defaultdict[tuple[str, str], list[Doubt]](list), 0
     for values, materials in sweep.each_constants(MOST_LOOKED_AT):
         looked_at += 1
-        for doubt in doubts_of_parameters(sweep.definition.parameters, values):
-            found[doubt.name, ""].append(doubt)
-        for doubt in sweep.definition.parameters.doubts(values):
+        record = sweep.definition.parameters
+        for doubt in (*doubts_of_parameters(record, values), *record.doubts(values)):
             found[doubt.name, ""].append(doubt)
         for role, material in materials.items():
             for doubt in doubts_of(material):

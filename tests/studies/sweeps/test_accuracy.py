@@ -209,12 +209,6 @@ def test_accepted_sweep__keeps_its_runs_whatever_experience_tells_later(
     assert [each.run_id for each in anew.points] != [each.run_id for each in before.points]
 
 
-def test_accepted_sweep__with_a_list_of_cells_for_other_points_is_refused() -> None:
-    document = {**accepted(HOLES).document, "cells": [16.0]}
-    with pytest.raises(InvalidInput, match="each of 4 points"):
-        Sweep.parse(document, ACCEPTED)
-
-
 def test_accepted_sweep__of_an_older_version_keeps_the_cells_of_its_scenario() -> None:
     """A document without accuracy and resolution had the default; a name stood for resolutions, which it holds."""
     assert {*cells(Sweep.parse(without(HOLES, "accuracy"), ACCEPTED))} == {32.0}
