@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,7 +120,7 @@ def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_proj
 
 def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
     """5 mm by 4 mm: 5.31 mm, and depths 12.2, 14.2, 16.0, 17.8 mm after Charters and Summers."""
-    cylinder = {"projectile_diameter": 5e-3, "projectile_shape": "cylinder", "projectile_length": 4e-3}
+    cylinder: dict[str, Any] = {"projectile_diameter": 5e-3, "projectile_shape": "cylinder", "projectile_length": 4e-3}
     metal = dict.fromkeys(("projectile", "target"), "copper-thesis-plastic")
     shots = [laws.shot_from({"speed": speed, **cylinder, **metal}) for speed in (4e3, 5e3, 6e3, 7e3)]
     depths = [1e3 * laws.load("charters_summers").evaluate(shot).value for shot in shots]
