@@ -127,7 +127,7 @@ def catalogue_of(sweep: Sweep) -> Catalogue:
 def _shot_of(run: Run) -> Shot | None:
     """The shot of a run; None where the scenario describes none."""
     with suppress(KeyError):
-        return laws.shot_of(run)
+        return laws.shot_from(run.parameters, run.materials)
     return None
 
 

@@ -17,7 +17,6 @@ from studies.fits.forms import FORMS, Form, columns_of, dimension_of
 from studies.laws import Code, Law, Limit, Range, Reason, Shot
 from studies.laws import names as shipped
 from studies.laws._range import length_ratio, speed, thickness_ratio
-from studies.laws.documents import LawReader
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import Plain
 from studies.quantities.units import parse_quantity, readable
@@ -221,6 +220,3 @@ def _ends(stated: Sequence[float | str], unit: str, field: str) -> tuple[float, 
     if not low <= high:
         raise refusal(field, stated, "[smallest, largest]", "exchange the two")
     return low, high
-
-
-READER = LawReader("fitted", read_law)

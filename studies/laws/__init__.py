@@ -6,8 +6,7 @@ around it: equation as published, source, the scatter that the source states, an
 checked and where it is stated; it is for compact projectiles unless it states another ``projectile``. Its
 ``confidence`` decides its use: a law that is recalled and unchecked, or a rule of thumb, is drawn and compared, and
 enters no verdict, no recommendation and no average (``DRAWN_ONLY``).
-``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit. A law that a sweep brings
-along is read by an entry of ``documents``, which offers none itself.
+``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
 NaN with the reason. Its band is the smallest to the largest answer over its stated variants.
@@ -24,7 +23,7 @@ from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, 
 from studies.laws._shot import Shot
 from studies.laws._words import in_words, limit_in_latex, limit_in_words, range_in_words, without_markup
 from studies.laws.predicted import critical, unmeasured
-from studies.laws.targets import shot_from, shot_of, target_of
+from studies.laws.targets import shot_from, target_of
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain
 
@@ -55,7 +54,6 @@ __all__ = [
     "names",
     "range_in_words",
     "shot_from",
-    "shot_of",
     "target_of",
     "unmeasured",
 ]
@@ -182,16 +180,11 @@ class Law:
 
 def _plain(limit: Limit) -> dict[str, Plain]:
     """A limit as plain values, for a catalogue; None for a bound that is none."""
+    bounds = {name: getattr(limit, name) for name in ("low", "high")}
     return {
         "words": limit_in_words(limit),
-        "code": limit.code,
-        "symbol": limit.symbol,
-        "low": limit.low if math.isfinite(limit.low) else None,
-        "high": limit.high if math.isfinite(limit.high) else None,
-        "unit": limit.unit,
-        "names": limit.names,
-        "source": limit.source,
-        "machine_checked": limit.machine_checked,
+        **{name: bound if math.isfinite(bound) else None for name, bound in bounds.items()},
+        **{name: getattr(limit, name) for name in ("code", "symbol", "unit", "names", "source", "machine_checked")},
     }
 
 

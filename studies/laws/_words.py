@@ -19,15 +19,18 @@ LATEX: Mapping[str, str] = {"rho_p/rho_t": r"\rho_p/\rho_t", "projectile L/d": r
 
 def range_in_words(limits: Range) -> str:
     """All limits, after the words that no source states any, where none does."""
-    text = "; ".join(map(_with_source, limits.every))
+    text = "; ".join(
+        f"{limit_in_words(limit)} ({limit.source}; {'checked' if limit.machine_checked else 'not checked'})"
+        for limit in limits.every
+    )
     return text if limits.is_published else f"no range stated by its source: {text}"
 
 
 def limit_in_words(limit: Limit) -> str:
     """A limit without its source: "4 <= v <= 7 km/s"."""
-    if limit.code is Code.BETWEEN:
-        return _interval(limit)
     unit, size = UNITS[limit.unit]
+    if limit.code is Code.BETWEEN:
+        return _bounded(limit, limit.symbol, "<=", ">=") + unit
     return limit.code.limit.format(**_names(limit.names), high=limit.high / size, unit=unit)
 
 
@@ -53,14 +56,6 @@ def without_markup(latex: str) -> str:
     text = re.sub(r"\\text{(.*?)}", r"\1", latex.replace("$", ""))
     text = re.sub(r"[\^]{([^{}]*/[^{}]*)}", r"^(\1)", text)
     return re.sub(r"[\\{}]", "", text)
-
-
-def _with_source(limit: Limit) -> str:
-    return f"{limit_in_words(limit)} ({limit.source}; {'checked' if limit.machine_checked else 'not checked'})"
-
-
-def _interval(limit: Limit) -> str:
-    return _bounded(limit, limit.symbol, "<=", ">=") + UNITS[limit.unit][0]
 
 
 def _bounded(limit: Limit, symbol: str, at_most: str, at_least: str) -> str:

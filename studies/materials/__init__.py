@@ -7,21 +7,21 @@ a number that it could have (no melting, no limit in tension), write ``value = "
 source of that choice. ``yield_stresses`` lists the published values that a law may be evaluated
 with. Another distribution adds one through an entry point of the group
 ``whipple.studies.materials``, named after the material, whose value is the package that holds the
-file. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
-for plausible elastic constants, and for no doubt about any (``scenarios/parts/doubts.py``).
+file. ``tests/contracts/test_materials.py`` finds it.
 
-A user's material is the same schema, in a file or inline in a sweep; there a number may stand alone with its unit
+A user's material is the same schema inside a sweep; there a number may stand alone with its unit
 (``A = "900 MPa"``: then the user is its source), and ``base`` names a shipped material that gives all else.
 """
 
+import tomllib
 from collections.abc import Mapping
+from decimal import Decimal
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from pathlib import Path
 
 from solver.registry import points
-from studies.materials.reader import read_document, read_toml
+from studies.materials.reader import read_document
 from studies.materials.schema import CONFIDENCES, Material, Model
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain, join
@@ -34,32 +34,24 @@ def names() -> list[str]:
     return list(_folders())
 
 
-def load(source: str | Path | Mapping[str, Plain]) -> Material:
-    """A material: one that ships by its name, a TOML file by its path, or a document.
-
-    Raises InvalidInput: with the nearest name, or with every finding in the document.
-    """
-    if isinstance(source, Path):
-        return read_own(read_toml(source.read_text(encoding="utf-8"), source.name), f"{source.name}:")
-    if isinstance(source, Mapping):
-        return read_own(source)
-    if source not in _folders():
-        raise refusal("material", source, "a material that ships", nearest_cure(source, _folders()))
-    return _shipped(source)
+@cache
+def load(name: str) -> Material:
+    """A material that ships; raises InvalidInput with the nearest name, or with every finding in its file."""
+    if name not in _folders():
+        raise refusal("material", name, "a material that ships", nearest_cure(name, _folders()))
+    file = f"{name}.toml"
+    text = _folders()[name].joinpath(file).read_text(encoding="utf-8")
+    return read_document(tomllib.loads(text, parse_float=Decimal), name=name, path=file)
 
 
 def read_own(document: Plain, path: str = "", name: str | None = None) -> Material:
-    """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput.
-
-    ``path`` goes before each key in a finding; ``name`` is that under which the document stands.
-    """
+    """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput below ``path``."""
     if not isinstance(document, Mapping) or "base" not in document:
         return read_document(document, name=name, path=path)
     base, changes = document["base"], {k: v for k, v in document.items() if k != "base"}
     if not isinstance(base, str) or base not in _folders():
-        where = f"{path} base".strip() if path.endswith(":") else join(path, "base")
-        raise refusal(where, base, "a material that ships", nearest_cure(base, _folders()))
-    return read_document(changes, name=name, path=path, base=_shipped(base))
+        raise refusal(join(path, "base"), base, "a material that ships", nearest_cure(base, _folders()))
+    return read_document(changes, name=name, path=path, base=load(base))
 
 
 @cache
@@ -70,10 +62,3 @@ def _folders() -> Mapping[str, Traversable]:
     folders = {name.removesuffix(".toml"): here for name in shipped if name.endswith(".toml")}
     folders |= {point.name: files(point.value) for point in points(__package__)}
     return dict(sorted(folders.items()))
-
-
-@cache
-def _shipped(name: str) -> Material:
-    file = f"{name}.toml"
-    text = _folders()[name].joinpath(file).read_text(encoding="utf-8")
-    return read_document(read_toml(text, file), name=name, path=f"{file}:")

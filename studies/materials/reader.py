@@ -1,10 +1,8 @@
 """A material document (TOML file, or the same schema inline) becomes a checked ``Material``."""
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from decimal import Decimal
 
 from studies.materials.schema import (
     CONFIDENCES,
@@ -28,22 +26,10 @@ LONGEST_TEXT = 200  # characters of a title
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
-def read_toml(text: str, file: str) -> dict[str, Plain]:
-    """A TOML text with exact decimals; raises InvalidInput that names the file."""
-    try:
-        return tomllib.loads(text, parse_float=Decimal)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise refusal(file, str(error), "a TOML document", "correct the line named") from None
-
-
 def read_document(
     document: Plain, *, name: str | None = None, path: str = "", base: Material | None = None
 ) -> Material:
-    """The material of a document; ``name`` where the document stands under a name of its own.
-
-    ``path`` goes before each key in a finding; ``base`` gives what the document leaves out. Raises InvalidInput with
-    every finding.
-    """
+    """The material of a document, upon a ``base``; ``path`` goes before each key of a finding. Raises InvalidInput."""
     if not isinstance(document, Mapping):
         limit, cure = "a material: names and values", "name a material that ships as its base"
         raise refusal(path or "material", document, limit, cure)
@@ -87,7 +73,7 @@ class _MaterialReading:
         return replace(Material.from_resolved(plain), sources=self.sources)
 
     def _at(self, key: str) -> str:
-        return f"{self.path} {key}" if self.path.endswith(":") else join(self.path, key)
+        return join(self.path, key)
 
     def _refuse(self, key: str, value: Plain, limit: str, cure: str) -> None:
         self.findings.append(Finding(self._at(key), shown(value), limit, cure))
@@ -120,7 +106,7 @@ class _MaterialReading:
             limit = f"a material with {', '.join(needed)}"
             cure = "give them, or name a material that ships as its base"
             value = f"nothing for {', '.join(absent)}"
-            self.findings.append(Finding(self.path.removesuffix(":") or "material", value, limit, cure))
+            self.findings.append(Finding(self.path or "material", value, limit, cure))
 
     def _text(self, key: str) -> str:
         raw = self.document.get(key)

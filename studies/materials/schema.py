@@ -153,10 +153,7 @@ class FractureStrain:
 
 @dataclass(frozen=True)
 class SpallStrength:
-    """Spall strength at a strain rate, and its power (``matter/failure/spall_rate.py``): all numbers, or none.
-
-    The voids are those of ``matter/failure/void_growth.py``, which a material may go without.
-    """
+    """Spall strength at a strain rate, its power, and voids (``matter/failure/void_growth.py``): all, or none."""
 
     strength: Annotated[
         Pascal | None, Described("spall strength at the strain rate of its source", 1e3, 1e12, usual=(1e7, 2e10))

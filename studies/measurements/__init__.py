@@ -1,10 +1,8 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``);
-features offer theirs, as those of bars and plates, through entry points. ``view`` of a family makes its view of a
-snapshot, which hides whether the model was a body of revolution or a quarter in three dimensions; it imports the
-solver, which compiles for seconds, only then. Holes and craters have theirs in the folder ``impact``, which
-offers no measurement. Arrays over bins are ``distributions``.
+features offer theirs through entry points. ``view`` of a family makes its view of a snapshot, whatever the geometry; it
+imports the solver, which compiles for seconds, only then. Arrays over bins are ``distributions``.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
@@ -102,10 +100,7 @@ class Measurement:
         return bool(value is not None and uncertainty and uncertainty > self.widest * abs(value))
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
-        """Uncertainty of a value by its parts, None where they tell none, and then the flag that says so.
-
-        It is never 0: the mesh decides every number but the 1 or 0 of an outcome, which has no uncertainty.
-        """
+        """Uncertainty of a value by its parts, never 0; None where they tell none, and then the flag that says so."""
         size = math.hypot(*numerical_parts(parts).values())
         is_flagged = size > 0.0 or self.is_outcome or self.mesh_determined
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)

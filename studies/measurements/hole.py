@@ -66,10 +66,7 @@ def _is_whole(view: ImpactView) -> bool:
 
 
 def _flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
-    """``closed_on_axis`` where a film of the plate still closes the hole: some stands within a cell of the axis.
-
-    ``near_rim`` where the hole is wider than half of its plate, so that the rim affects it.
-    """
+    """``closed_on_axis`` where a film is within a cell of the axis, ``near_rim`` where the hole is wider than half."""
     innermost = np.min(view.radius[view.attached_target], initial=np.inf)
     closed = (CLOSED_ON_AXIS,) if innermost - 0.5 * view.radial_width < view.cell else ()
     return (*closed, "near_rim") if diameter > view.target_radius else closed

@@ -1,8 +1,4 @@
-"""Printed numbers: the display unit of columns and axes, and one function for each kind of number.
-
-Files and programs have SI; only people get millimetres. A report prints every number through
-:func:`printed`.
-"""
+"""Printed numbers: files and programs have SI, and people display units, by one function for each kind of number."""
 
 import math
 import re

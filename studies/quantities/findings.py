@@ -2,8 +2,6 @@
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
@@ -43,11 +41,7 @@ class Doubt:
 
 
 class InvalidInput(WhippleError):
-    """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
-
-    ``more`` is the number of errors that a response has left out; ``pointers`` are JSON pointers to the fields in a
-    document, where there is one.
-    """
+    """An input is refused for some errors, with ``more`` that are left out and JSON ``pointers`` to their fields."""
 
     def __init__(
         self, findings: Iterable[Finding], *, more: int = 0, pointers: Mapping[str, str] = MappingProxyType({})
@@ -143,10 +137,7 @@ SYNONYMS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Renamed:
-    """Whole names that people write for one of a feature's parameters.
-
-    A feature adds its own through the entry-point group ``whipple.studies.quantities.findings``.
-    """
+    """Names that people write for a feature's parameters; entry points ``whipple.studies.quantities.findings``."""
 
     name: str  # of the feature
     meant: Mapping[str, str]
@@ -154,19 +145,6 @@ class Renamed:
 
 MOST_LISTED = 5  # names in one cure
 SPELLING, MISSPELT = 0.65, 0.88  # likeness of a name, and of a word with a meaning, that may be meant
-MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
-
-_searches: ContextVar[Iterator[int] | None] = ContextVar("searches", default=None)
-
-
-@contextmanager
-def few_suggestions() -> Iterator[None]:
-    """Look for near names ``MOST_SEARCHES`` times until the end of the block; later names have none."""
-    token = _searches.set(iter(range(MOST_SEARCHES)))
-    try:
-        yield
-    finally:
-        _searches.reset(token)
 
 
 def nearest_cure(value: object, allowed: Iterable[str]) -> str:
@@ -214,9 +192,6 @@ def nearest(value: object, allowed: Iterable[str]) -> list[str]:
     (['speed'], [])
     """
     if not isinstance(value, str) or len(value) > LONGEST_NAME:
-        return []
-    searches = _searches.get()
-    if searches is not None and next(searches, None) is None:
         return []
     return _close(value, sorted(allowed))
 

@@ -1,8 +1,7 @@
 """Defaults of the numerical parameters, as recipes: the numerics of a run under one name.
 
-A recipe fills the numerical parameters that a user left out (``studies.scenarios``); the identity of a run is what it
-fills in, not its name. The number of particles is, in this order, what the user states, that of three dimensions, that
-of the recipe.
+A recipe fills the numerical parameters that a user left out; the identity of a run is what it fills in, not its name.
+The number of particles is, in this order, what the user states, that of three dimensions, that of the recipe.
 """
 
 from collections.abc import Mapping

@@ -1,10 +1,9 @@
 """Checked parameters: values that a person wrote, against the annotations and limits of a record.
 
-A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
-``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
-meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
-model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold
-other records, and lists of them (``Places``): at the door their fields stand beside its own (``flat``, ``nested``).
+A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``, ``bool``, a ``Literal``,
+``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its meaning and bounds. A model of the
+solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold other
+records, and lists of them (``Places``): at the door their fields stand beside its own (``flat``, ``nested``).
 """
 
 import dataclasses
@@ -211,10 +210,7 @@ def lists_of(record: type) -> Mapping[str, tuple[Places, type]]:
 
 
 def by_place(values: Mapping[str, Plain], path: str, *records: type) -> dict[str, Plain]:
-    """Values of parameters, with those of each list of the records in their places; raises InvalidInput.
-
-    A list that stands at a dotted path has the words of the fields of its record.
-    """
+    """Values of parameters, those of each list of the records in their places; raises InvalidInput."""
     placed = dict(values)
     for key, (places, part) in {key: found for record in records for key, found in lists_of(record).items()}.items():
         if key in placed:
@@ -288,8 +284,13 @@ def parse_value(
             return None
         raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
     if parameter.kind == "quantity":
-        is_si = si and is_number(raw)
-        return _within(round_quantity(_exact(parameter, raw, field, is_si=is_si)), parameter, raw, field)
+        if si and is_number(raw):
+            exact = exact_number(raw, field)
+        elif parameter.unit == "1":
+            exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+        else:
+            exact = parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
+        return _within(round_quantity(exact), parameter, raw, field)
     if parameter.kind == "integer":
         number = exact_number(raw, field, str(parameter.bounds.nearest(1)))
         if number != number.to_integral_value():
@@ -311,15 +312,6 @@ def parse_value(
     if not isinstance(raw, str) or not raw or (names and raw not in names):
         raise refusal(field, raw, limit, nearest_cure(raw, names))
     return raw
-
-
-def _exact(parameter: Parameter, raw: Plain, field: str, *, is_si: bool) -> Decimal:
-    """The exact number of a quantity, in SI; a bare one stands for SI where it ``is_si``."""
-    if is_si:
-        return exact_number(raw, field)
-    if parameter.unit == "1":
-        return exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
-    return parse_quantity(raw, parameter.unit or "1", field, parameter.bounds)
 
 
 def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:

@@ -1,18 +1,15 @@
 """Units of user input: "6 km/s" becomes an exact SI number, or an error with its cure.
 
-Only here does a unit other than SI exist, and only here is pint imported, at the first value whose
-unit is not one of the usual ones, so that a process that never parses one never pays for it. Numbers
+Only here does a unit other than SI exist, and only here is pint imported, at the first value in no usual unit. Numbers
 stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.0024 m" are the same run.
 """
 
 import math
 import re
-import sys
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import cache, lru_cache
 from numbers import Rational, Real
-from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard
 
 from studies.quantities.findings import refusal
@@ -118,10 +115,6 @@ DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 
 PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
 
 
-class WrongDimension(Exception):
-    """A unit of another dimension than the one asked for."""
-
-
 def round_quantity(value: float | Decimal) -> float:
     """A quantity at 12 significant digits: what is used, hashed and stored; zero has no sign.
 
@@ -211,16 +204,17 @@ def pattern_of(unit: str) -> str:
 def convert(number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
     raw, cure = f"{number} {unit_text}", _cure(unit, bounds)
-    if len(unit_text) > LONGEST_TEXT:
+    conversion = None
+    if len(unit_text) <= LONGEST_TEXT:
+        try:
+            usual = _FACTORS.get((unit_text, unit))
+            conversion = (usual, Decimal(0)) if usual else _conversion(unit_text, unit)
+        except ValueError:
+            limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
+            raise refusal(field, raw, limit, cure) from None
+    if conversion is None:
         raise refusal(field, raw, _allowed(unit), cure)
-    try:
-        factor = _FACTORS.get((unit_text, unit))
-        factor, offset = (factor, Decimal(0)) if factor else _conversion(unit_text, unit)
-    except WrongDimension:
-        raise refusal(field, raw, _allowed(unit), cure) from None
-    except ValueError:
-        limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
-        raise refusal(field, raw, limit, cure) from None
+    factor, offset = conversion
     return _bounded(number * factor + offset, raw, field, cure)
 
 
@@ -239,6 +233,17 @@ def exact_number(raw: object, field: str, sample: str = "0.5") -> Decimal:
     if not is_number(raw):
         raise refusal(field, raw, "a plain number", cure)
     return _decimal(_digits(raw), raw, field, cure)
+
+
+def exact_share(raw: object, field: str, sample: str) -> float:
+    """A part of one, also in per cent, at the digits of a quantity; raises InvalidInput, whose cure shows the sample.
+
+    >>> exact_share("3 %", "error", "5 %"), exact_share(0.03, "error", "5 %")
+    (0.03, 0.03)
+    """
+    if isinstance(raw, str) and (text := raw.rstrip()).endswith("%"):
+        return round_quantity(exact_number(text[:-1], field, sample) / 100)
+    return round_quantity(exact_number(raw, field, sample))
 
 
 def is_number(raw: object) -> TypeGuard[float | Decimal]:
@@ -341,13 +346,14 @@ def _inside(number: Decimal, unit_text: str, unit: str, bounds: Bounds) -> bool:
 
 
 @lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
-def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
-    """Factor and offset from a unit to an SI unit; the offset is zero but for degC.
+def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal] | None:
+    """Factor and offset from a unit to an SI unit, None to one of another dimension; the offset is zero but for degC.
 
-    Raises WrongDimension, or ValueError where the text is no unit. To pint an angle is a plain number, as
-    a percent is; it still knows which of its units are made of radians.
+    Raises ValueError where the text is no unit. To pint an angle is a plain number, as a percent is; it still knows
+    which of its units are made of radians.
     """
-    pint = _pint()
+    from pint import DimensionalityError
+
     registry = _registry()
     try:
         given_unit = registry.parse_units(_expression(unit_text))
@@ -356,13 +362,11 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         unity = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
         basis = registry.get_root_units(given_unit)[1]
         target_basis = registry.get_root_units(target_unit)[1]
-    except pint.DimensionalityError as error:
-        raise WrongDimension(str(error)) from error
+    except DimensionalityError:
+        return None
     except Exception as error:  # what pint raises for a text that is no unit has no common base
         raise ValueError(f"{unit_text!r} is not a unit") from error
-    if basis != target_basis:
-        raise WrongDimension(f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}")
-    return Decimal(unity - zero).normalize(), Decimal(zero).normalize()
+    return (Decimal(unity - zero).normalize(), Decimal(zero).normalize()) if basis == target_basis else None
 
 
 def _expression(unit_text: str) -> str:
@@ -384,25 +388,8 @@ def _expression(unit_text: str) -> str:
 
 
 @cache
-def _pint() -> ModuleType:
-    """The module, without Dask: it imports that for its own arrays wherever it is installed (0.2 s, 2026-11-22).
-
-    None in the place of a module says that there is none, to ``find_spec`` and to ``import``: so the documentation of
-    ``sys.modules``.
-    """
-    hidden = "dask" not in sys.modules
-    if hidden:
-        sys.modules["dask"] = None  # type: ignore[assignment]
-    try:
-        import pint
-    finally:
-        if hidden:
-            del sys.modules["dask"]
-    return pint
-
-
-@cache
 def _registry() -> "UnitRegistry[Decimal]":
     """The one unit registry of the process, computing in decimals."""
-    registry: UnitRegistry[Decimal] = _pint().UnitRegistry(non_int_type=Decimal)
-    return registry
+    from pint import UnitRegistry
+
+    return UnitRegistry(non_int_type=Decimal)

@@ -305,10 +305,7 @@ def _distributions(observer: RunObserver) -> dict[str, ReadDistribution]:
 
 
 def _histories(settings: Sequence[Setting], outcomes: Sequence[Outcome]) -> dict[str, Sequence[object]]:
-    """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies.
-
-    Of the settings of all stages and their outcomes; each stage models a sector of its own.
-    """
+    """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies."""
     wholes = [2.0 * math.pi / setting.sector for setting in settings]
     audits = [(whole, audit) for whole, ended in zip(wholes, outcomes, strict=True) for audit in ended.history]
     bodies = settings[-1].problem.bodies
@@ -368,10 +365,7 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
 
 
 def heated_fractions(problem: Problem, snapshot: Snapshot) -> dict[str, float]:
-    """Molten mass once all has expanded to no pressure, and mass that then vaporises, over that of the last stage.
-
-    The departed fly as they left.
-    """
+    """Molten mass once all has expanded to no pressure, and mass that then vaporises, over that of the last stage."""
     from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
@@ -407,10 +401,7 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
 
 
 def _save_state(directory: Path, outcome: Outcome, earlier: Sequence[Outcome]) -> None:
-    """The living particles of the final state, so that measurements can be read again, and the departed.
-
-    With the ends of earlier stages, from which the last one follows.
-    """
+    """The living particles of the final state, the departed, and the ends of earlier stages."""
     particles, living = outcome.snapshot.particles, outcome.snapshot.particles.alive == 1
     fields = {name: getattr(particles, name)[living] for name in particles._fields if name != "alive"}
     departed = outcome.snapshot.departed._asdict()

@@ -34,10 +34,7 @@ SETTLED_IN_CELLS = 0.25
 
 
 class FilmRecorder(Recorder, Protocol):
-    """Keeps frames of a run; a feature offers one by the entry points ``whipple.studies.runs.films``.
-
-    It is made of a problem and the interval (s) between two frames, None for its own.
-    """
+    """Keeps frames, by an interval (s); a feature offers one by the entry points ``whipple.studies.runs.films``."""
 
     times: list[float]  # of the frames so far, s
 
@@ -184,14 +181,11 @@ class RunObserver:
         return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
-        """Whether a measurement grew by less than a share of its value or a quarter of a cell, in two windows at least.
-
-        A hole that a film still closes has not settled, whose diameter leaps when the film has flown away, and nothing
-        has to which debris still comes.
-        """
+        """Whether a measurement grew by less than a share of its value or a quarter of a cell, after two windows."""
         setting, mine = self._stage_of(name)
         rate, last = self.parameters.rate(setting), self.readings[mine][-1][name]
         passed = self.times[mine][-1] - setting.problem.start_time
+        # A hole leaps when the film that still closes it has flown away, and debris may still come.
         if passed < 2.0 * rate.window or {CLOSED_ON_AXIS, STILL_COMING} & {*last.flags}:
             return False
         return self.growth(name) < max(

@@ -1,10 +1,8 @@
 """Reads the stored final state of a run again when the definition of a measurement has changed; nothing is solved.
 
-What a run measured carries the version of the definition that it was read with. Where that is no longer today's, the
-measurement is read off the final state once more. How a measurement grew belongs to its old definition, and a final
-state cannot tell it: the history of one that was read again is its last value alone, its uncertainty has no part for
-growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A measurement that looks at the
-history of others keeps its value and gets the same flag.
+A final state cannot tell how a measurement grew: the history of one that was read again is its last value alone, its
+uncertainty has no part for growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A
+measurement that looks at the history of others keeps its value and gets the same flag.
 """
 
 import math
@@ -40,18 +38,23 @@ class StoredVersion(TypedDict, total=False):
 
 
 def outdated(scenario: str, stored: Mapping[str, StoredVersion]) -> tuple[str, ...]:
-    """Measurements of a run that a look at its final state could renew, by what it measured.
+    """Measurements that a look at the final state of a run could renew, but for those that the run may lack."""
 
-    What it did not measure and a run may lack is none.
-    """
+    known = scenarios.load(scenario)
+    may_lack = {*known.of_role, *known.asked_by}
 
     def is_outdated(name: str, version: int) -> bool:
         if name not in stored:
-            return not scenarios.load(scenario).may_lack(name)
+            return name not in may_lack
         is_settled = measurements.load(name).follows and NEEDS_SOLVING in stored[name]["flags"]
         return stored[name]["version"] != version and not is_settled
 
     return tuple(name for name, version in definitions(scenario).items() if is_outdated(name, version))
+
+
+def versions_of(result: RunResult) -> dict[str, StoredVersion]:
+    """What the JSON of a result says of the definitions of its measurements."""
+    return {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
 
 
 def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult:
@@ -59,18 +62,14 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
 
     Raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
     """
-    stored = {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
-    chosen = [measurements.load(name) for name in outdated(run.scenario, stored)]
+    chosen = [measurements.load(name) for name in outdated(run.scenario, versions_of(result))]
     if not chosen:
         return result
-    renewed = dict(result.measurements)
     read = [measurement for measurement in chosen if not measurement.follows]
-    renewed |= {m.name: _kept(m, result) for m in chosen if m.follows}
+    renewed = {**result.measurements, **{m.name: _kept(m, result) for m in chosen if m.follows}}
     if read:
         view = _view_of(run, result, state)
-        renewed |= {
-            measurement.name: _from_state(run, measurement, measurement.read(view), result) for measurement in read
-        }
+        renewed |= {m.name: _from_state(run, m, m.read(view), result) for m in read}
     # Names as the scenario has them, then those that it no longer has.
     order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
     renewed_result = replace(

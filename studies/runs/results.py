@@ -1,7 +1,4 @@
-"""The result of a run: measurements with uncertainty and history, balances, flags, provenance; JSON both ways.
-
-And what a run reports while it is computed.
-"""
+"""The result of a run, with JSON both ways; and what a run reports while it is computed."""
 
 import dataclasses
 import math
@@ -118,13 +115,11 @@ def as_measured(
     growth: float = math.nan,
     settled: bool = True,
 ) -> Measured:
-    """A reading of a run with its uncertainty and flags, as its scenario and its definition have them.
-
-    ``growth`` is a part of the uncertainty where it is known; ``settled`` says whether the value has.
-    """
+    """A reading with its uncertainty and flags; ``growth`` is a part of it, ``settled`` says whether the value has."""
     value, parts, flags = (reading.value if math.isfinite(reading.value) else None), dict[str, float](), reading.flags
     if value is not None:
-        parts = parameters.all_parts(measurement.name, value, reading.parts)
+        shares = parameters.uncertainty_parts(measurement.name)
+        parts = {**reading.parts, **{part: share * abs(value) for part, share in shares.items()}}
         flags = (*flags, *[MESH_DETERMINED] * measurement.mesh_determined)
         flags = (*flags, *[STILL_GROWING] * (not settled))
         if math.isfinite(growth):

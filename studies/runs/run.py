@@ -104,10 +104,7 @@ class Run:
 
 
 def resolve(scenario: str, parameters: Mapping[str, Plain], materials: Mapping[str, Material] | None = None) -> Run:
-    """The run of a scenario with checked parameters (SI); raises InvalidInput with every finding.
-
-    ``materials`` are those of some roles; the others are those that ship, by the names that the parameters give.
-    """
+    """The run of a scenario with checked parameters (SI), by default of materials that ship; raises InvalidInput."""
     chosen = scenarios.load(scenario)
     values = parse_parameters(chosen.parameters, parameters, "parameters", si=True)
     roles = chosen.roles(values)

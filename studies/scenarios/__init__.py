@@ -3,9 +3,8 @@
 How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``. Its parameters are a ``SetUp``, a frozen
 dataclass: annotations give units, meaning and bounds (``Described``), and so the API, the checks at the door, the cube
 and the documentation follow. Parameters that several scenarios share are a record of ``parts/``, which each of them
-holds in a field. Nothing here is heavy to import: NumPy and the solver, which compiles for seconds, are imported by the
-functions that build a problem, in the process that runs it. The contract tests build it at its corners, weigh its
-bodies and audit ten steps; give it small parameters there.
+holds in a field. NumPy and the solver, which compiles for seconds, are imported by the functions that build a problem.
+The contract tests build it at its corners and audit ten steps; give it small parameters there.
 """
 
 import math
@@ -71,10 +70,7 @@ class SetUp(ABC, Generic[StageSetting, View]):
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
-        """The same parameters with the defaults that follow from others, at 12 significant digits.
-
-        One that does not act beside the others is None.
-        """
+        """The same with the defaults that follow from others, at 12 digits; what does not act is None."""
 
     @abstractmethod
     def check(self, materials: Materials) -> list[Finding]:
@@ -122,10 +118,7 @@ class SetUp(ABC, Generic[StageSetting, View]):
         return 1
 
     def next_stage(self, setting: StageSetting, outcome: "Outcome", materials: Materials) -> StageSetting | None:
-        """The problem that follows the outcome of a stage; None after the last stage.
-
-        The same arguments give the same bits, so that a run can go on from a stored outcome.
-        """
+        """The problem that follows a stage, the same bits from the same arguments; None after the last stage."""
         return None
 
     def sections(self, setting: StageSetting) -> "SectionOptions":
@@ -153,10 +146,6 @@ class SetUp(ABC, Generic[StageSetting, View]):
     def outline(values: Mapping[str, Plain]) -> Outline | None:
         """The set-up before a run; None where a parameter that it needs is missing."""
         return None
-
-    def all_parts(self, measurement: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
-        """The parts of the uncertainty of a value: those of its reading, and those of ``uncertainty_parts``."""
-        return {**parts, **{part: share * abs(value) for part, share in self.uncertainty_parts(measurement).items()}}
 
 
 @dataclass(frozen=True)
@@ -211,10 +200,6 @@ class Scenario:
     def is_asked(self, measurement: str, stated: Collection[str]) -> bool:
         """Whether a measurement is asked for where these parameters are stated."""
         return {*self.asked_by.get(measurement, ())} <= {*stated}
-
-    def may_lack(self, measurement: str) -> bool:
-        """Whether a run may be without a measurement: it lacks its body, or does not ask for it."""
-        return measurement in self.of_role or measurement in self.asked_by
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
         """True for a grid so coarse that the error of its measurements is unknown."""

@@ -510,7 +510,7 @@ class WhippleShield(ImpactSetUp[ShieldSetting, "ShieldView"]):
             arrivals=flight.arrivals,
             books=flight.books,
         )
-        return target.numerics.applied_to(problem)
+        return target.parameters.numerics.applied_to(problem)
 
     def size(self, materials: Materials) -> Size:
         """The most particles of a stage, and as many steps as give the work of all."""

@@ -15,8 +15,7 @@ from studies.reports.section import Part, Section, Source
 from studies.shields.shield import WALL_PERFORATED, ShotAtShield
 from studies.shields.shots.records import Probability, SafeSize
 from studies.shields.shots.table import NearShot
-from studies.sweeps.guides import Guide
-from studies.sweeps.search import Chance
+from studies.sweeps.search import Chance, Guide
 
 if TYPE_CHECKING:
     import xarray as xr

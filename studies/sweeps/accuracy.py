@@ -8,14 +8,13 @@ from studies import scenarios
 from studies.convergence import experience
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain
-from studies.quantities.units import exact_number, round_quantity
+from studies.quantities.units import exact_share, round_quantity
 from studies.runs.run import Run
 
 # Half-width of 95 % of the relative mesh error of what is measured.
 ACCURACY: Mapping[str, float] = MappingProxyType({"draft": 0.10, "standard": 0.05, "fine": 0.02})
 USUAL = ACCURACY["standard"]  # of a sweep that names neither an accuracy nor a resolution
 LEAST, MOST = 0.01, 0.30
-PERCENT = "%"
 
 
 def in_percent(error: float) -> str:
@@ -24,7 +23,7 @@ def in_percent(error: float) -> str:
     >>> in_percent(0.03), in_percent(0.025)
     ('3 %', '2.5 %')
     """
-    return f"{round_quantity(100.0 * error):.12g} {PERCENT}"
+    return f"{round_quantity(100.0 * error):.12g} %"
 
 
 def read_accuracy(raw: Plain) -> float:
@@ -38,12 +37,9 @@ def read_accuracy(raw: Plain) -> float:
         return ACCURACY[raw.strip()]
     if isinstance(raw, str) and not any(letter.isdigit() for letter in raw):
         raise refusal("accuracy", raw, limit, nearest_cure(raw, ACCURACY))
-    bare = raw.rstrip().removesuffix(PERCENT) if isinstance(raw, str) else raw
-    is_percent = isinstance(raw, str) and bare != raw.rstrip()
-    number = exact_number(bare, "accuracy", "3 %")
-    error = round_quantity(number / 100 if is_percent else number)
+    error = exact_share(raw, "accuracy", "3 %")
     if not LEAST <= error <= MOST:
-        meant = float(number) / 100.0 if not is_percent else error  # 3 is hardly 300 %
+        meant = error if "%" in str(raw) else error / 100.0  # 3 is hardly 300 %
         raise refusal("accuracy", raw, limit, f"write {in_percent(min(max(meant, LEAST), MOST))}")
     return error
 

@@ -75,12 +75,16 @@ class AxisReader:
     def _range(self, parameter: Parameter, raw: Mapping[str, Plain], field: str) -> list[Value]:
         if parameter.kind not in ("quantity", "integer"):
             raise refusal(field, raw, "a list of values", "write [first, second]")
-        start, stop, step = _bounds(parameter, raw, field)
+        findings = Findings()
+        findings.extend(unknown_keys(raw, RANGE_KEYS, field, FORMS))
+        bounds = [findings.attempt(_bound, parameter, key, raw, field) for key in RANGE_KEYS]
+        findings.check()
+        start, stop, step = (bound for bound in bounds if bound is not None)
         unit = parameter.unit or "1"
-        if step == 0 or (stop - start) / step < 0:
+        steps = (stop - start) / step if step else Decimal(-1)
+        if steps < 0:
             limit = "a step that leads from start to stop"
             raise refusal(f"{field}.step", readable(float(step), unit), limit, "change the sign of the step")
-        steps = (stop - start) / step
         self._check_count(int(steps) + 1, field)
         if abs(steps - round(steps)) > HIT:
             below = readable(float(start + step * int(steps)), unit)
@@ -108,19 +112,8 @@ def repeated(values: Iterable[Item]) -> Iterator[Item]:
         earlier.add(value)
 
 
-def _bounds(parameter: Parameter, raw: Mapping[str, Plain], field: str) -> tuple[Decimal, Decimal, Decimal]:
-    """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
-    findings = Findings()
-    findings.extend(unknown_keys(raw, RANGE_KEYS, field, FORMS))
-    start, stop, step = (findings.attempt(_bound, parameter, key, raw, field) for key in RANGE_KEYS)
-    findings.check()
-    assert start is not None
-    assert stop is not None
-    assert step is not None
-    return start, stop, step
-
-
 def _bound(parameter: Parameter, key: str, raw: Mapping[str, Plain], field: str) -> Decimal:
+    """Start, stop or step, exact, in SI."""
     where = f"{field}.{key}"
     if raw.get(key) is None:
         raise refusal(where, None, FORMS, f"give {key}")

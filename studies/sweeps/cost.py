@@ -1,7 +1,7 @@
 """The expected cost of a sweep: as it is, and at each accuracy that a preset offers."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import Estimate, estimate
@@ -20,15 +20,6 @@ class Cost:
     core_seconds: float
     bytes: int  # of what is kept
     memory: int  # of the largest process of a run, bytes
-
-    def plus(self, other: "Cost") -> "Cost":
-        """The cost of both."""
-        return Cost(
-            self.runs + other.runs,
-            self.core_seconds + other.core_seconds,
-            self.bytes + other.bytes,
-            max(self.memory, other.memory),
-        )
 
 
 # Of any sweep, whatever its runs: processes that start, cube and report. From sweeps of 25 and 200 coarse runs,
@@ -78,6 +69,12 @@ class SweepCost:
             max((run.work.memory for run, _ in chosen), default=0),
         )
 
+    @property
+    def whole(self) -> Cost:
+        """The cost of all of its runs and of the sweep itself."""
+        runs = self.of(self.priced)
+        return replace(runs, core_seconds=runs.core_seconds + OF_SWEEP.core_seconds, bytes=runs.bytes + OF_SWEEP.bytes)
+
 
 def sweep_cost(sweep: Sweep) -> SweepCost:
     """The cost of a sweep by its runs, drawn evenly; raises InvalidInput where one of them is refused."""
@@ -97,17 +94,15 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
 
 def cost_of(sweep: Sweep) -> Cost:
     """The cost of a sweep, at most; raises InvalidInput where one of its points is refused."""
-    cost = sweep_cost(sweep)
-    return cost.of(cost.priced).plus(OF_SWEEP)
+    return sweep_cost(sweep).whole
 
 
 def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
     """The cost of a sweep at each accuracy; empty where none can set its resolution."""
+    if not sweep.definition.accurate or RESOLUTION in {*sweep.fixed, *(axis.name for axis in sweep.axes)}:
+        return
     for name, error in ACCURACY.items():
-        try:
-            resolved = sweep.at_accuracy(error)
-        except ValueError:
-            return
+        resolved = replace(sweep, resolutions=(), offsets=1, accuracy=error, cells=())
         reason = f"more than {most_runs} runs" if resolved.most_runs > most_runs else ""
         try:
             cost = None if reason else sweep_cost(resolved)
@@ -117,4 +112,4 @@ def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
             yield PresetCost(name, error, resolved.most_runs, None, None, reason)
             continue
         cells = [run.cells for run in cost.priced if run.cells is not None]
-        yield PresetCost(name, error, cost.runs, (min(cells), max(cells)), cost.of(cost.priced).plus(OF_SWEEP))
+        yield PresetCost(name, error, cost.runs, (min(cells), max(cells)), cost.whole)

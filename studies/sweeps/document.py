@@ -1,5 +1,6 @@
 """The files of a sweep's document: YAML or JSON texts as mappings, and the errors for files that are not there."""
 
+import os
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
@@ -22,18 +23,12 @@ MOST_BESIDE = 20  # files that are compared with the name of a missing one
 
 
 def read_sweep_file(file: Path) -> dict[str, Plain]:
-    """The document of a YAML file, with the content of the files that it names (``with_files``).
-
-    Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
-    """
+    """The document of a YAML file, with the content of the files that it names; raises InvalidInput."""
     return with_files(read_yaml(text_of(file, str(file)), str(file)), file.parent)
 
 
 def document_of(source: Mapping[str, Any] | str | Path, *, accuracy: str | float | None = None) -> dict[str, Plain]:
-    """The document of a mapping, which may have arrays, and paths that begin here; or of a YAML or JSON file.
-
-    With an ``accuracy`` in place of its resolution and offsets. Raises InvalidInput.
-    """
+    """The document of a mapping or a file, with an ``accuracy`` in place of its resolution; raises InvalidInput."""
     if isinstance(source, Mapping):
         document = with_files({key: plain(part) for key, part in source.items()}, Path())
     else:
@@ -58,7 +53,7 @@ def with_files(document: Mapping[str, Plain], folder: Path) -> dict[str, Plain]:
     if isinstance(table, PurePath) or (isinstance(table, str) and "\n" not in table.strip()):
         name = str(table).strip()
         # A name without an ending and without a file is one of a table that ships, or refused as such.
-        if isinstance(table, PurePath) or Path(name).suffix or _is_there(folder / name):
+        if isinstance(table, PurePath) or Path(name).suffix or os.path.isfile(folder / name):
             document["observations"] = text_of(folder / name, "observations")
     laws = document.get("laws")
     if isinstance(laws, list):
@@ -67,10 +62,7 @@ def with_files(document: Mapping[str, Plain], folder: Path) -> dict[str, Plain]:
 
 
 def read_law_file(file: Path) -> dict[str, Plain]:
-    """The document of a fitted law, JSON or YAML; raises InvalidInput naming the file.
-
-    Its content is part of a sweep's document: what computes the sweep never opens the file.
-    """
+    """The document of a fitted law, JSON or YAML, which becomes a part of a sweep's; raises InvalidInput."""
     document = read_yaml(text_of(file, str(file)), str(file), "the file of a fit")
     if "form" not in document:
         cure = "write it with `whipple fit CUBE --form power --out FILE`"
@@ -107,10 +99,7 @@ class _StrictLoader(SafeLoader):
 
 
 def text_of(file: Path, name: str, example: str = "") -> str:
-    """The text of a file that a person brings, in the encoding that it has; raises InvalidInput.
-
-    ``name`` is the field of the error; ``example`` says what is wanted where there is no such file.
-    """
+    """The text of a person's file in its encoding; raises InvalidInput with a field and an example of one."""
     try:
         content = file.read_bytes()
     except FileNotFoundError:
@@ -120,18 +109,8 @@ def text_of(file: Path, name: str, example: str = "") -> str:
     return decoded(content, f"{name} ({file.name})" if name != str(file) else name)
 
 
-def _is_there(file: Path) -> bool:
-    try:
-        return file.is_file()
-    except OSError:  # a text too long for a name
-        return False
-
-
 def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidInput:
-    """The error for a missing file: files beside its place that have its ending, and an example.
-
-    ``example`` says what is wanted, with a path; else it is a sweep, and the cure lists those that ship.
-    """
+    """The error for a missing file: near names beside its place, and an example of what is wanted, else of a sweep."""
     beside = sorted(other.name for other in file.parent.glob(f"*{file.suffix}"))[:MOST_BESIDE]
     cure = nearest_cure(file.name, beside) if beside else "correct the path."
     if not file.suffix and not cure.startswith("did you mean"):

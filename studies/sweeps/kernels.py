@@ -1,11 +1,8 @@
 """Compiles the kernels of sweeps into the cache before their runs ask for them.
 
 ``python -m studies.sweeps.kernels EXAMPLE ...`` takes examples that ship, and without one a JSON list of documents from
-stdin. It needs numba, NumPy, SciPy and PyYAML alone, so that a set-up begins with it.
-
-Which kernels a run needs is decided by its geometry, its numerical choices and the laws of its materials; runs that
-agree in these are of one kind, and one step of one of them compiles all. Each kind is compiled in a process of its own,
-as many at once as there are cores.
+stdin. It needs numba, NumPy, SciPy and PyYAML alone, so that a set-up begins with it. One step of one run of each kind
+compiles all, in a process of its own, as many at once as there are cores.
 """
 
 import json
@@ -23,28 +20,16 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
-KernelKind = tuple[str, tuple[tuple[str, str], ...], tuple[tuple[str, tuple[str, str]], ...]]
-
 
 def kinds_of(runs: Iterable[Run]) -> list[Run]:
-    """One run of each kind."""
-    first: dict[KernelKind, Run] = {}
+    """One run of each scenario, choices and laws of the materials: runs that agree in them share their kernels."""
+    first: dict[object, Run] = {}
     for run in runs:
-        first.setdefault(_kind(run), run)
+        named = {*run.materials, "recipe"}
+        choices = [item for item in run.parameters.items() if isinstance(item[1], str) and item[0] not in named]
+        laws = [(role, material.eos.kind, material.strength.kind) for role, material in run.materials.items()]
+        first.setdefault((run.scenario, *sorted(choices), *sorted(laws)), run)
     return list(first.values())
-
-
-def compile_kernels(runs: Iterable[Run]) -> int:
-    """Compile what runs need; returns how many kinds they are of."""
-    kinds = [run.as_json() for run in kinds_of(runs)]
-    at_once = min(len(kinds), os.cpu_count() or 1)
-    if at_once <= 1:
-        for kind in kinds:
-            _compile(kind)
-        return len(kinds)
-    with ProcessPoolExecutor(at_once, mp_context=get_context("spawn")) as pool:
-        list(pool.map(_compile, kinds))
-    return len(kinds)
 
 
 def _compile(plain: RunSpec) -> None:
@@ -59,21 +44,12 @@ def _compile(plain: RunSpec) -> None:
         setting = run.set_up.next_stage(setting, outcome, run.materials)
 
 
-def _kind(run: Run) -> KernelKind:
-    """Scenario, choices and laws of the materials: runs that agree in them share their kernels."""
-    choices = {
-        name: value
-        for name, value in run.parameters.items()
-        if isinstance(value, str) and name not in (*run.materials, "recipe")
-    }
-    laws = {role: (material.eos.kind, material.strength.kind) for role, material in run.materials.items()}
-    return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))
-
-
 def main(documents: Sequence[Mapping[str, Plain]]) -> None:
     """Compile the kernels of some sweeps, and print how many kinds there are."""
-    runs = [point.run for document in documents for point in Sweep.parse(document).every_run()]
-    print(compile_kernels(runs))
+    runs = (point.run for document in documents for point in Sweep.parse(document).every_run())
+    kinds = [run.as_json() for run in kinds_of(runs)]
+    with ProcessPoolExecutor(min(len(kinds), os.cpu_count() or 1), mp_context=get_context("spawn")) as pool:
+        print(len(list(pool.map(_compile, kinds))))
 
 
 if __name__ == "__main__":

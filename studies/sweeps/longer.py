@@ -11,10 +11,7 @@ from studies.sweeps.sweep import Sweep
 
 
 def with_values(sweep: Sweep, name: str, added: Sequence[Plain]) -> Sweep:
-    """The sweep with further values on an axis, or further resolutions; raises InvalidInput.
-
-    Values that ascend still do.
-    """
+    """The sweep with more values on an axis, or more resolutions; raises InvalidInput. What ascends still does."""
     document = sweep.document()
     document.pop("cells", None)  # of other points
     if name == RESOLUTION and sweep.resolutions:

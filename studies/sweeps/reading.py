@@ -1,6 +1,5 @@
 """Reads the document of a sweep, YAML or JSON as plain values, into checked fields, or a list of all errors."""
 
-import math
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -13,16 +12,7 @@ from studies.laws.documents import OwnLaw, read_law
 from studies.materials import Material, read_own
 from studies.observations import AllowedNames, Observation, read_observations, written
 from studies.quantities.display import CONTROLS
-from studies.quantities.findings import (
-    Finding,
-    Findings,
-    InvalidInput,
-    few_suggestions,
-    nearest,
-    nearest_cure,
-    refusal,
-    shown,
-)
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest, nearest_cure, refusal, shown
 from studies.quantities.parameters import (
     Parameter,
     Plain,
@@ -85,15 +75,14 @@ def read_sweep(make: Callable[..., Sweep], document: object, limits: SweepLimits
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     swept = as_sweep(document, KEYS)
-    with few_suggestions():
-        try:
-            return _DocumentReading(swept, limits).sweep(make)
-        except InvalidInput as error:
-            if swept is document:
-                raise
-            # The parameters of a shot stand at the top.
-            at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
-            raise InvalidInput(at_top) from None
+    try:
+        return _DocumentReading(swept, limits).sweep(make)
+    except InvalidInput as error:
+        if swept is document:
+            raise
+        # The parameters of a shot stand at the top.
+        at_top = (replace(each, field=re.sub(r"^(fixed|axes)\.", "", each.field)) for each in error.findings)
+        raise InvalidInput(at_top) from None
 
 
 class _DocumentReading:
@@ -109,7 +98,7 @@ class _DocumentReading:
         for key in self.document:
             if key not in KEYS:
                 self._refuse(str(key), key, "a key of a sweep", nearest_cure(key, KEYS))
-        combine = self._choice("combine", COMBINATIONS, "one of " + ", ".join(COMBINATIONS))
+        combine = self._choice("combine", COMBINATIONS)
         own = self._materials()
         scenario = self.findings.attempt(self._scenario)
         if scenario is None:
@@ -128,15 +117,14 @@ class _DocumentReading:
         resolutions = self.findings.attempt(self._resolutions) or ()
         offsets = self.findings.attempt(self._offsets) or 1
         accuracy = self.findings.attempt(self._accuracy, scenario)
-        cells = () if accuracy is None else self.findings.attempt(self._cells, axes, combine) or ()
-        self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
+        cells = () if accuracy is None else self.findings.attempt(self._cells) or ()
         self._check_search(axes, combine)
         self._check_completeness()
         ends = self._ends(terms, axes)
         table = self.document.get("observations")
         observations = None if table is None else self.findings.attempt(read_observations, table, terms)
         laws = self._laws(terms)
-        model_part = self._choice("model_part", MODEL_PARTS, "stored, screen or none")
+        model_part = self._choice("model_part", MODEL_PARTS)
         self._refuse_controls()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
@@ -194,13 +182,13 @@ class _DocumentReading:
             raise refusal("scenario", name, "the name of a scenario", cure)
         return scenarios.load(name)
 
-    def _choice(self, key: str, choices: tuple[Allowed, ...], limit: str) -> Allowed:
+    def _choice(self, key: str, choices: tuple[Allowed, ...]) -> Allowed:
         """One of some words; the first of them where there is none."""
         asked = self.document.get(key, choices[0])
         for choice in choices:
             if asked == choice:
                 return choice
-        self._refuse(key, asked, limit, nearest_cure(asked, choices))
+        self._refuse(key, asked, f"one of {', '.join(choices)}", nearest_cure(asked, choices))
         return choices[0]
 
     def _sampling(self, combine: Combine) -> Sampling | None:
@@ -273,9 +261,8 @@ class _DocumentReading:
             self.findings.append(Finding("axes", "nothing", limit, cure))
         if len(self.varied) > self.limits.max_axes:
             limit = f"at most {self.limits.max_axes} axes"
-            count = f"{len(self.varied)} axes"
-            self.findings.append(Finding("axes", count, limit, "split the sweep"))
-            return ()
+            self.findings.append(Finding("axes", f"{len(self.varied)} axes", limit, "split the sweep"))
+            self.findings.check()
         read = [self.findings.attempt(self._axis, terms, combine, *item) for item in self.varied.items()]
         axes = tuple(axis for axis in read if axis is not None)
         if len(axes) == len(self.varied) > 0 and self.sampling is not None:
@@ -360,17 +347,6 @@ class _DocumentReading:
         for field, text in twice:
             self.findings.append(Finding(field, text, "each value once", "leave it out"))
 
-    def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
-        """The number of runs, each point refined so many times; nothing is expanded yet."""
-        lengths = [axis.search.most_tries if axis.search else len(axis.values) for axis in axes] or [1]
-        points = math.prod(lengths) if combine == "grid" else max(lengths)
-        if points * times > self.limits.max_runs:
-            limit = f"at most {self.limits.max_runs} runs"
-            size = f"{points * times} runs"
-            if times > 1:
-                size += f" ({points} points, each {times} times for its resolutions and offsets)"
-            self.findings.append(Finding("axes", size, limit, "take fewer values"))
-
     def _accuracy(self, scenario: scenarios.Scenario) -> float | None:
         """The mesh error from which the cells of each point follow; None where they are stated.
 
@@ -391,15 +367,11 @@ class _DocumentReading:
             raise refusal("accuracy", wanted, limit, "give a resolution: resolution: 16")
         return error
 
-    def _cells(self, axes: tuple[Axis, ...], combine: Combine) -> tuple[float | None, ...]:
+    def _cells(self) -> tuple[float | None, ...]:
         """The cells that an accuracy chose for each point when a sweep was accepted; at the door it chooses anew."""
         chosen = self.document.get("cells")
-        if chosen is None or self.limits is not ACCEPTED:
+        if not isinstance(chosen, list | tuple) or self.limits is not ACCEPTED:
             return ()
-        lengths = [len(axis.values) for axis in axes if not axis.search] or [1]
-        points = math.prod(lengths) if combine == "grid" else lengths[0]
-        if not isinstance(chosen, list | tuple) or len(chosen) != points:
-            raise refusal("cells", chosen, f"a list with the cells of each of {points} points", "leave it out")
         cells = self.record[RESOLUTION]
         return tuple(None if one is None else float(parse_value(cells, one, "cells") or 0.0) for one in chosen)
 
@@ -457,10 +429,7 @@ class _DocumentReading:
 
 
 def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
-    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
-
-    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
-    """
+    """The names that a document of a scenario may use, with the constants that all materials of a role have."""
     scenario = scenarios.load(scenario_name)
     parameters = dict(declared(scenario.parameters))
     for role, names in roles.items():

@@ -29,10 +29,7 @@ class Sampling:
     seed: int
 
     def coordinates(self, dimensions: int) -> list[list[float]]:
-        """The points in the unit cube: for each dimension its values.
-
-        The sequences are scrambled (Owen 1998, J. Complexity 14, 466) by ``scipy.stats.qmc``.
-        """
+        """The points in the unit cube, by dimension, scrambled as by Owen (1998), J. Complexity 14, 466."""
         from scipy.stats import qmc
 
         engine: Callable[..., QMCEngine] = {LATIN: qmc.LatinHypercube, SOBOL: qmc.Sobol}[self.method]
@@ -64,23 +61,19 @@ def read_sampling(method: str, document: Mapping[str, Plain], most_points: int) 
 
 
 def read_range(parameter: Parameter, name: str, raw: Plain, reader: AxisReader, points: int | None) -> Axis:
-    """An axis that is sampled: low and high, and the values of an earlier reading; raises InvalidInput.
-
-    A document that was read once states its values, so that they stay whatever generates them later.
-    """
+    """An axis that is sampled: low and high, and the values of an earlier reading, which stay; raises InvalidInput."""
     field = f"axes.{name}"
     if parameter.kind != "quantity" or not isinstance(raw, Mapping):
         limit = "low and high of a quantity, because the axes are sampled"
         raise refusal(field, raw, limit, f"{EXAMPLE}; what has one value belongs under fixed")
     findings = Findings()
     findings.extend(unknown_keys(raw, KEYS, field, "low and high"))
-    low, high = (
+    ends = [
         findings.attempt(read_end, parameter, raw.get(key), f"{field}.{key}", "low and high", EXAMPLE)
         for key in ("low", "high")
-    )
+    ]
     findings.check()
-    assert low is not None
-    assert high is not None
+    low, high = (end for end in ends if end is not None)
     if not low < high:
         unit = parameter.unit or "1"
         raise refusal(f"{field}.high", raw["high"], f"more than {readable(low, unit)}", EXAMPLE)

@@ -1,11 +1,8 @@
 """The JSON Schema (2020-12) of a sweep's document: a union by scenario, made from the records that the reader reads.
 
-It tells keys, kinds of values, quantities with a unit (whose bounds stand in the descriptions) and numbers with bounds.
-Names that others may add (materials and their constants, tables, models) are suggestions beside any other text; the
-scenarios are those that are installed. ``Sweep.parse`` refuses more, since it knows what parameters mean together.
-
-The interface serves it at ``/v1/schema/sweep`` and has its parts as components of OpenAPI, ``whipple schema`` prints it
-for editors, and the forms of sweeps take keys and choices from it.
+Names that others may add (materials and their constants, tables, models) are suggestions beside any other text.
+``Sweep.parse`` refuses more, since it knows what parameters mean together. ``/v1/schema/sweep``, OpenAPI,
+``whipple schema`` and the forms of sweeps have it from here.
 """
 
 import re

@@ -78,10 +78,7 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
 
 
 def failures_of(base: float, answers: Mapping[str, float], own: Value, of: Value) -> dict[str, float]:
-    """Relative differences of the answer with each other failure from that with one of them (``of``).
-
-    ``own`` is the failure of the base. Empty where there is no answer with the failure that is asked for.
-    """
+    """Relative differences of the answer with each other failure from that with one (``of``); ``own`` is the base's."""
     by_failure: dict[Value, float] = {own: base}
     by_failure |= {
         name.removeprefix(f"{FAILURE} "): value for name, value in answers.items() if name.startswith(FAILURE)
@@ -119,10 +116,7 @@ def _each_once(materials: Mapping[str, Material]) -> list[Material]:
 
 
 def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
-    """The run with another material in every role that has its alloy.
-
-    It breaks as the one that it replaces: few sources have the constants of failures.
-    """
+    """The run with another material in each role of its alloy, which breaks as before: few have those constants."""
     changed = {
         role: replace(other, **{section: getattr(own, section) for section in OPTIONAL})
         if own.alloy == other.alloy

@@ -10,10 +10,8 @@ most tries are used up. A run without an outcome, or with a 0 that a flag leaves
 interval wider.
 
 ``until: 10 %`` asks for an interval of this width over its values, and spends its runs where the answer is least known:
-each value halves the chance that the limit lies between two neighbours. For the wall of a shield that chance is half
-what equations and published shots say and half even in the logarithm, so that equations that err cost one run;
-elsewhere it is even. So the first value is one of which equations disagree, and an end is tried only where no run
-bounds the limit.
+each value halves the chance that the limit lies between two neighbours. That chance is half what a ``Guide`` says and
+half even in the logarithm, so that a guide that errs costs one run. An end is tried only where no run bounds the limit.
 """
 
 import math
@@ -21,14 +19,18 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from solver.registry import entries
 from studies import measurements
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import doubting_flags
 from studies.quantities.parameters import Parameter, Plain, parse_value
-from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
+from studies.quantities.units import exact_share, parse_quantity, readable, round_quantity
+
+if TYPE_CHECKING:
+    from studies.laws import Shot
 
 KEYS = ("limit_of", "between", "tolerance", "until")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
@@ -40,6 +42,20 @@ HALVINGS = 40  # of a gap, in the logarithm, until the value is found that halve
 
 LimitOutcome = bool | None  # of an ended run; None: it failed, or ended undecided
 Chance = Callable[[float], float]  # that the limit lies below a value
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The chance that a searched limit lies below a value of an axis, before any run.
+
+    A feature guides the searches for an outcome of its own through the entry-point group
+    ``whipple.studies.sweeps.search``.
+    """
+
+    name: str
+    outcome: str  # of which the limit is searched
+    axis: str
+    chance: "Callable[[Shot], Chance | None]"  # None where it is not known
 
 
 class SearchVerdict(StrEnum):
@@ -123,14 +139,16 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
+def guide_of(outcome: str, axis: str) -> Guide | None:
+    """The guide of a search; None where there is none."""
+    every: list[Guide] = [*entries(__name__, "GUIDE").values()]
+    return next((guide for guide in every if (guide.outcome, guide.axis) == (outcome, axis)), None)
+
+
 def replay(
     search: Search, outcome_of: Callable[[float], LimitOutcome | str], chance: Chance | None = None
 ) -> SearchedLimit:
-    """A search as its results tell it.
-
-    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``chance`` guides a search
-    with ``until``.
-    """
+    """A search by ``outcome_of`` values, which may be the state of an unfinished run; ``chance`` guides ``until``."""
     tried = list(search.start(chance))
     while True:
         outcomes = {value: outcome_of(value) for value in sorted(tried)}
@@ -252,7 +270,10 @@ def read_search(parameter: Parameter, raw: Mapping[str, Plain], name: str, quant
             raise refusal(f"{field}.until", raw["until"], "until, or a tolerance", "give one of the two")
         if low <= 0.0:
             raise refusal(f"{field}.between[0]", pair[0], "more than zero for until", "give a tolerance instead")
-        until = _read_share(raw["until"], f"{field}.until")
+        until = exact_share(raw["until"], f"{field}.until", "10 %")
+        if not LEAST_UNTIL <= until <= MOST_UNTIL:
+            limit = f"{100.0 * LEAST_UNTIL:g} % to {100.0 * MOST_UNTIL:g} %"
+            raise refusal(f"{field}.until", raw["until"], limit, "write until: 10 %")
         return Search(str(quantity), low, high, tolerance, until, axis=name, unit=unit)
     if raw.get("tolerance") is not None:
         # A difference of two values, without the bounds of these.
@@ -261,17 +282,6 @@ def read_search(parameter: Parameter, raw: Mapping[str, Plain], name: str, quant
             limit = f"a millionth of the interval to all of it, {readable(high - low, unit)}"
             raise refusal(f"{field}.tolerance", raw["tolerance"], limit, "choose another one")
     return Search(str(quantity), low, high, tolerance, axis=name, unit=unit)
-
-
-def _read_share(raw: Plain, field: str) -> float:
-    """A share, "10 %" or 0.1."""
-    text = str(raw).strip()
-    percent = text.endswith("%")
-    share = float(exact_number(text.rstrip("% ") if percent else raw, field, "10 %"))
-    share = round_quantity(share / 100.0 if percent else share)
-    if not LEAST_UNTIL <= share <= MOST_UNTIL:
-        raise refusal(field, raw, f"{100.0 * LEAST_UNTIL:g} % to {100.0 * MOST_UNTIL:g} %", "write until: 10 %")
-    return share
 
 
 def read_end(parameter: Parameter, raw: Plain, field: str, limit: str, example: str = EXAMPLE) -> float:

@@ -1,6 +1,5 @@
 """A sweep: a scenario, fixed parameters, axes to vary; checked, canonical, expanded into runs."""
 
-import itertools
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -15,14 +14,13 @@ from studies.convergence.experience import MOST_CELLS
 from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
-from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, refusal
 from studies.quantities.parameters import LongText, Plain, Value, declared, marks
 from studies.quantities.units import round_quantity
 from studies.runs.run import Run, resolve
 from studies.sweeps.accuracy import cells_of, in_percent
 from studies.sweeps.axes import Axis
 from studies.sweeps.grid import Grid, Place, product
-from studies.sweeps.guides import guide_of
 from studies.sweeps.reading import (
     END,
     MOST_PARTICLES,
@@ -35,7 +33,7 @@ from studies.sweeps.reading import (
     vocabulary,
 )
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, replay
+from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, guide_of, replay
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -43,7 +41,6 @@ if TYPE_CHECKING:
     from studies.sweeps.screening import Screen
 
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
-FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 MOST_REFUSED = 200  # points, after which the others are not checked
 
 
@@ -87,11 +84,13 @@ class Sweep:
 
     @staticmethod
     def parse(document: object, limits: SweepLimits | None = None) -> "Sweep":
-        """The sweep of a document; raises InvalidInput with all findings.
-
-        Conditions between several parameters are checked by ``runs()``.
-        """
-        return read_sweep(Sweep, document, limits or SweepLimits())
+        """The sweep of a document; raises InvalidInput. Conditions between parameters are checked by ``runs()``."""
+        limits = limits or SweepLimits()
+        sweep = read_sweep(Sweep, document, limits)
+        if sweep.most_runs > limits.max_runs:
+            size, limit = f"{sweep.most_runs} runs", f"at most {limits.max_runs} runs"
+            raise InvalidInput([Finding("axes", size, limit, "take fewer values, resolutions or offsets")])
+        return sweep
 
     @property
     def definition(self) -> scenarios.Scenario:
@@ -201,7 +200,7 @@ class Sweep:
                 )
                 findings |= {finding: place for finding in error.findings if finding not in findings}
                 refused += 1
-                if len(findings) >= FINDINGS_SHOWN or refused >= MOST_REFUSED:
+                if len(findings) >= MOST_FINDINGS or refused >= MOST_REFUSED:
                     break
             else:
                 yield Point(index, coordinates, resolved)
@@ -243,22 +242,19 @@ class Sweep:
 
         Those are even ones and the last. Axes of what is no constant have their first values.
         """
-        kinds = self.definition.materials
-        chosen = [axis for axis in self.axes if axis.name in kinds or "." in axis.name or axis.name in self._constants]
-        lines = [axis.values for axis in chosen]
-        rows = list(itertools.product(*lines) if self.combine == "grid" else zip(*lines, strict=True)) or [()]
-        some = rows[:: -(-len(rows) // most)]
-        first = {axis.name: axis.values[0] for axis in self.axes}
-        for row in [*some, rows[-1]] if some[-1] is not rows[-1] else some:
-            values = {**self.fixed, **first, **{axis.name: value for axis, value in zip(chosen, row, strict=True)}}
+        record, kinds = self.definition.parameters, self.definition.materials
+        # Those of the scenario that are constants of matter, and the texts that may have some.
+        usual = {name for name, mark in marks(record, Described).items() if mark.usual is not None}
+        constants = {*kinds, *usual, *marks(record, LongText)}
+        chosen = [axis.name for axis in self.axes if axis.name in constants or "." in axis.name]
+        distinct: dict[tuple[Value, ...], dict[str, Value]] = {}
+        for _, at in self.grid.points:
+            distinct.setdefault(tuple(at[name] for name in chosen), at)
+        points = [*distinct.values()]
+        some = points[:: -(-len(points) // most)]
+        for at in [*some, points[-1]] if some[-1] is not points[-1] else some:
+            values = {**self.fixed, **at}
             yield values, self._materials_at(values)
-
-    @cached_property
-    def _constants(self) -> tuple[str, ...]:
-        """The parameters of the scenario that are constants of matter, and the texts that may have some."""
-        record = self.definition.parameters
-        usual = (name for name, mark in marks(record, Described).items() if mark.usual is not None)
-        return (*usual, *marks(record, LongText))
 
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""
@@ -281,10 +277,7 @@ class Sweep:
         return None
 
     def screening(self) -> "tuple[Run, list[Screen]]":
-        """The run in the middle of the sweep, on the finest grid, and its changes; raises InvalidInput.
-
-        The changes are runs of the sweep where its ``model_part`` is ``screen``, beside its points.
-        """
+        """The run in the middle of the sweep, on the finest grid, and its changes; raises InvalidInput."""
         from studies.sweeps.screening import screens_of
 
         finest = {axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION}
@@ -329,15 +322,6 @@ class Sweep:
             for shots in compared_shots()
             if shots.quantity in quantities and shipped.load(shots.materials[-1]).family in families
         ]
-
-    def at_accuracy(self, error: float) -> "Sweep":
-        """The sweep on one grid a point, which follows from a mesh error.
-
-        Raises ValueError where the scenario knows none, or the sweep sets the cells as a parameter.
-        """
-        if not self.definition.accurate or RESOLUTION in {*self.fixed, *(axis.name for axis in self.axes)}:
-            raise ValueError(f"{self.name}: no accuracy can set its resolution")
-        return replace(self, resolutions=(), offsets=1, accuracy=error, cells=())
 
     def _places(self) -> Iterator[Place]:
         """Index and coordinates of every run."""

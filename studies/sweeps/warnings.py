@@ -1,7 +1,4 @@
-"""Warnings about a sweep that is allowed and hardly useful: an impact too slow, a plate that nothing perforates.
-
-And about its constants: those that are doubtful (``scenarios/parts/doubts.py``).
-"""
+"""Warnings about a sweep that is allowed: slow impacts, plates that nothing perforates, doubtful constants."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -50,9 +47,8 @@ def doubtful_constants(sweep: Sweep) -> Iterator[str]:
     found, looked_at = defaultdict[tuple[str, str], list[Doubt]](list), 0
     for values, materials in sweep.each_constants(MOST_LOOKED_AT):
         looked_at += 1
-        for doubt in doubts_of_parameters(sweep.definition.parameters, values):
-            found[doubt.name, ""].append(doubt)
-        for doubt in sweep.definition.parameters.doubts(values):
+        record = sweep.definition.parameters
+        for doubt in (*doubts_of_parameters(record, values), *record.doubts(values)):
             found[doubt.name, ""].append(doubt)
         for role, material in materials.items():
             for doubt in doubts_of(material):

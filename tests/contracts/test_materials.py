@@ -45,7 +45,7 @@ def test_material__has_a_source_and_a_confidence_for_every_number(material: Mate
 
 
 def test_material__loads_from_its_own_document(material: Material) -> None:
-    assert materials.load(material.document()) == material
+    assert materials.read_own(material.document()) == material
     assert Material.from_resolved(material.resolved()) == material
 
 

@@ -1,7 +1,4 @@
-"""What laws predict and no run measures: limits of plates here, and those that features add.
-
-A feature adds one through the entry-point group ``whipple.studies.laws.predicted``.
-"""
+"""What laws predict and no run measures; features add theirs by the entry points ``whipple.studies.laws.predicted``."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

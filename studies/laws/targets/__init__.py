@@ -6,7 +6,6 @@ some, make a shot of its own kind: a :class:`Shot` with more fields.
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 from solver.registry import entries
 from studies.laws._shot import Shot
@@ -15,18 +14,6 @@ from studies.quantities.parameters import Value
 
 Stated = Mapping[str, float | int | bool | str]  # parameters of a shot, SI, without those that are None
 Materials = Mapping[str, Material]  # by the parameter that names it
-
-
-class Resolved(Protocol):
-    """A run, as far as its shot is concerned."""
-
-    @property
-    def parameters(self) -> Mapping[str, Value]:
-        """Values by name, SI."""
-
-    @property
-    def materials(self) -> Materials:
-        """Materials by the parameter that names them."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +38,6 @@ def target_of(stated: Collection[str]) -> Target:
     return next(target for target in targets() if not target.named_by or not target.named_by.isdisjoint(stated))
 
 
-def shot_of(run: Resolved) -> Shot:
-    """The shot that a run computes; KeyError where it describes none."""
-    return shot_from(run.parameters, run.materials)
-
-
 def shot_from(parameters: Mapping[str, Value], materials: Materials | None = None) -> Shot:
     """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
 
@@ -74,30 +56,21 @@ def shot_from(parameters: Mapping[str, Value], materials: Materials | None = Non
 
 def plain_shot(stated: Stated, materials: Materials, role: str = "target", thickness: str = "plate_thickness") -> Shot:
     """The shot at the plate of a role's material whose thickness a parameter states; at a block where it does not."""
+    diameter, length_ratio = float(stated["projectile_diameter"]), 1.0
+    if stated.get("projectile_shape") == "cylinder":
+        length = float(stated["projectile_length"])
+        length_ratio = length / diameter
+        # The sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L.
+        diameter = float((1.5 * diameter**2 * length) ** (1.0 / 3.0))
     return Shot(
         speed=float(stated["speed"]),
-        projectile_diameter=_equivalent_diameter(stated),
+        projectile_diameter=diameter,
         plate_thickness=float(stated[thickness]) if thickness in stated else None,
         projectile=materials["projectile"],
         target=materials[role],
         obliquity=float(stated.get("obliquity", 0.0)),
-        length_ratio=_length_ratio(stated),
+        length_ratio=length_ratio,
     )
-
-
-def _equivalent_diameter(stated: Stated) -> float:
-    """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
-    diameter = float(stated["projectile_diameter"])
-    if stated.get("projectile_shape") != "cylinder":
-        return diameter
-    return float((1.5 * diameter**2 * float(stated["projectile_length"])) ** (1.0 / 3.0))
-
-
-def _length_ratio(stated: Stated) -> float:
-    """L/d of a cylinder; 1 of a sphere."""
-    if stated.get("projectile_shape") != "cylinder":
-        return 1.0
-    return float(stated["projectile_length"]) / float(stated["projectile_diameter"])
 
 
 TARGET = (

@@ -1,7 +1,6 @@
 """Distributions: arrays over bins that are read off the last state of a run; its scenario names them.
 
-How to add one: an entry of the group ``whipple.studies.measurements.distributions``, a ``Distribution`` or a tuple of
-several; it offers no module here.
+How to add one: an entry of the group ``whipple.studies.measurements.distributions``; it offers no module here.
 """
 
 from collections.abc import Callable

@@ -185,10 +185,7 @@ def _centre_of_hole(
 
 
 def rim_of(setting: ImpactSetting, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Particles of the target where its rim stands, a cell in front and behind included; no debris that flies past.
-
-    A rim that nothing holds drifts: it stands where most of the target is that is so far out.
-    """
+    """Particles of the target where its rim stands, which may drift, a cell in front and behind included."""
     cell = setting.problem.geometry.spacing
     # A target has its half width from the axis if round, from the middle planes if square.
     far = target & (np.abs(plane).max(axis=1) > setting.radius - 2.0 * cell)

@@ -34,7 +34,7 @@ from studies.scenarios.parts.matter import Fracture, check_boiling, check_consta
 from studies.scenarios.parts.method import ON_GRID
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape, number
-from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, Shot
+from studies.scenarios.parts.shot import UPRIGHT, Settling, Shot
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,10 +100,7 @@ ImpactStage = TypeVar("ImpactStage", bound=ImpactSetting)
 
 @dataclass(frozen=True)
 class Impact:
-    """A projectile in front of a plate or block, by its filled parameters.
-
-    A ``deep`` target stands for a half-space: where edges absorb, its back does too.
-    """
+    """A projectile in front of a plate, or of a ``deep`` half-space whose back absorbs where its edges do."""
 
     parameters: "ImpactSetUp"
     _: KW_ONLY
@@ -118,25 +115,15 @@ class Impact:
         """The projectile, and the grid that it flies in."""
         return self.parameters.shot
 
-    @property
-    def numerics(self) -> Numerics:
-        """The numerics."""
-        return self.parameters.numerics
-
-    @property
-    def angles(self) -> Angles:
-        """The directions of flight and axis."""
-        return self.parameters.angles
-
     def check(self, materials: Materials) -> list[Finding]:
         """Findings that any impact may have."""
         return [
             *self.shot.check(),
-            *self.numerics.check(self.shot.end_time, self.parameters.method),
+            *self.parameters.numerics.check(self.shot.end_time, self.parameters.method),
             *self.parameters.fracture.check(materials),
             *check_eos(self.shot.eos_form, materials),
             *check_constants(materials),
-            *check_boiling(self.numerics.choices.tension, self.shot.thermal_softening, materials),
+            *check_boiling(self.parameters.numerics.choices.tension, self.shot.thermal_softening, materials),
         ]
 
     def cells(self) -> dict[str, float]:
@@ -158,14 +145,14 @@ class Impact:
             projectile = math.pi / 4.0 * diameter**2 * (length or 2.0 / 3.0 * diameter)
             particles = ((2.0 * self.radius) ** 2 * self.thickness + projectile) / parts / self.step**3
         # Half of the impact speed on top of 5 km/s of sound: the mean over runs of copper at 2 to 7 km/s.
-        step = self.numerics.mean_step(shot.cell, sound=SOUND_SPEED, speed=0.5 * shot.speed)
+        step = self.parameters.numerics.mean_step(shot.cell, sound=SOUND_SPEED, speed=0.5 * shot.speed)
         return Size(particles=round(particles), steps=round(self.end_time / step))
 
     def build(self, materials: Materials) -> ImpactSetting:
         """The problem at the moment when the projectile touches; an oblique one also flies towards +x."""
         from solver.problem import Problem, Retirement
 
-        shot, angle = self.shot, self.angles.obliquity
+        shot, angle = self.shot, self.parameters.angles.obliquity
         geometry, faces = self.grid()
         velocity = along_flight(shot.geometry, shot.speed * math.cos(angle))
         velocity[0] = shot.speed * math.sin(angle)
@@ -182,7 +169,7 @@ class Impact:
             retirement=None if follows else Retirement(body=1, after=self.clear, expansion=self.expansion),
         )
         return ImpactSetting(
-            problem=self.numerics.applied_to(problem, self.parameters.method),
+            problem=self.parameters.numerics.applied_to(problem, self.parameters.method),
             sector=SECTORS[shot.geometry],
             target=self.target,
             projectile_diameter=shot.projectile_diameter,
@@ -194,7 +181,7 @@ class Impact:
     @property
     def step(self) -> float:
         """Distance of two particles, m."""
-        return self.shot.cell / self.numerics.choices.particles_per_cell
+        return self.shot.cell / self.parameters.numerics.choices.particles_per_cell
 
     @property
     def clear(self) -> float:
@@ -244,7 +231,8 @@ class Impact:
     @property
     def _lean(self) -> float:
         """Angle between the axis of a cylinder and the target's normal, rad; 0 for a sphere."""
-        return 0.0 if self.shot.projectile_shape == "sphere" else self.angles.obliquity + self.angles.yaw
+        angles = self.parameters.angles
+        return 0.0 if self.shot.projectile_shape == "sphere" else angles.obliquity + angles.yaw
 
     @property
     def _height(self) -> float:
@@ -298,7 +286,7 @@ class Impact:
             material,
             eos_form=self.shot.eos_form,
             thermal_softening=self.shot.thermal_softening,
-            tension=self.numerics.choices.tension,
+            tension=self.parameters.numerics.choices.tension,
             fracture=self.parameters.fracture,
         )
         return body(name, made, geometry, where, velocity=velocity, density=material.density, volume=volume)
@@ -354,7 +342,7 @@ class ImpactSetUp(SetUp[ImpactStage, View]):
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
-        impact, shot, target = self.impact, self.impact.shot, materials[self.impact.target]
+        impact, shot, target = self.impact, self.shot, materials[self.impact.target]
         strength = yield_stress(target)
         if not self.experienced or not strength or not self.has_defaults(materials, self.of_shot):
             return {}
@@ -375,13 +363,13 @@ class ImpactSetUp(SetUp[ImpactStage, View]):
         """Pictures while the projectile goes through, and when its debris is about to leave."""
         from studies.sections.section import SectionOptions
 
-        shot = self.impact.shot
+        shot = self.shot
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The part of few particles, with the shape functions for which it was measured."""
-        shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
+        shot, own, default = self.shot, self.numerics.choices, RECIPES["whipple"]
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
         if few and own.shape == default.shape and measurement in OF_FEW_PARTICLES:
             coarse, fine = OF_FEW_PARTICLES[measurement]

@@ -1,8 +1,4 @@
-"""Models of a material's matter: one record of the solver for each law, with the constants of the material.
-
-The models are those of the folders ``solver/matter/eos``, ``strength``, ``tension`` and ``failure``; which constants
-they take, and from where, stands in their own files.
-"""
+"""Models of a material's matter: a record of the solver for each law, with the constants that its own file names."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -100,10 +96,7 @@ class Fracture:
         return replace(self, failure=NO_FAILURE if any(_absent(default, targets)) else default)
 
     def of(self, material: "Material") -> NamedTuple:
-        """The solver's record of the failure, with the constants of a material.
-
-        A projectile without the section that the failure takes its constants from never fails.
-        """
+        """The solver's record of the failure with the constants of a material; of a projectile without them, none."""
         record = failures()[self.model].record
         if _goes_without(record, material):
             record, stated = failures()[NO_FAILURE].record, {}
@@ -147,10 +140,7 @@ class Fracture:
 
 @cache
 def _first_failure(failure: NamedTuple) -> "PointLoading | None":
-    """The first load under which whole matter breaks at its first slip; None where it bears all.
-
-    The loads are compression, shear and tension, each slow and fast, cold and warm.
-    """
+    """The first load, slow or fast, cold or warm, that breaks whole matter at its first slip; None without one."""
     from solver.matter.failure import PointLoading, grown_damage
 
     slip = getattr(failure, "threshold", 0.0) + FIRST_SLIP
@@ -230,10 +220,7 @@ def matter(
 
 
 def eos_of(material: "Material", form: str = HUGONIOT, heat_capacity: float | None = None) -> "EosRecord":
-    """The solver's record of a material's equation of state, in one of the forms of its kind.
-
-    By default it has the heat capacity of the material, J/(kg K).
-    """
+    """The solver's equation of state of a material, in a form, by default with its heat capacity (J/(kg K))."""
     entry = acting_eos(material.eos.kind, form)
     constants = material.fill("eos", entry.record)
     if heat_capacity is not None:

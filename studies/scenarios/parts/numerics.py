@@ -70,10 +70,7 @@ GridOffset = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
-    """Numerical parameters of every scenario; what is left out follows from ``recipe``.
-
-    The number of particles that is left out follows from the geometry first (``quantities.numerical_defaults``).
-    """
+    """Numerical parameters of every scenario; what is left out follows from the geometry and ``recipe``."""
 
     recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out")] = "whipple"
     shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}")] = None

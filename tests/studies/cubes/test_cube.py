@@ -129,7 +129,7 @@ def test_flags__are_bits_with_meanings() -> None:
 def test_laws__answer_as_themselves_with_range_and_reason() -> None:
     dataset = holes()
     for point in fakes.holes().runs():
-        shot = laws.shot_of(point.run)
+        shot = laws.shot_from(point.run.parameters, point.run.materials)
         for law in fakes.HOLE_LAWS:
             for variant in law.variants(shot):
                 label = f"{law.name}/{variant}" if variant else law.name

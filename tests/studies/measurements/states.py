@@ -53,12 +53,9 @@ def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: 
             "speed": np.zeros(radius.size),
             "sector": np.zeros(radius.size, np.int64),
             "sectors": 1,
-            "target": whole,
-            "attached": whole,
-            "attached_target": whole,
+            **dict.fromkeys(("target", "attached", "attached_target"), whole),
             "cell": CELL,
-            "radial_width": PARTICLE,
-            "axial_width": PARTICLE,
+            **dict.fromkeys(("radial_width", "axial_width"), PARTICLE),
             "density": DENSITY,
             "thickness": thickness,
             "target_mass": float((DENSITY * radius * PARTICLE**2).sum()),
@@ -101,19 +98,15 @@ def bored_half_space() -> ImpactView:
 def dented_disc(left: float, *, stretch: float = 1.0) -> ImpactView:
     """A plate of which a share is left where the hole would be, on its exit side and drawn out in both directions."""
     disc = drilled_disc(HOLE)
-    gone = (1.0 - left) * THICKNESS
-    radius, depth = lattice(line(0.0, HOLE / stretch), line(gone, THICKNESS))
-    state = impact(
-        np.append(disc.radius, stretch * radius), np.append(disc.depth, depth), thickness=THICKNESS, breadth=RADIUS
-    )
+    radius, depth = lattice(line(0.0, HOLE / stretch), line((1.0 - left) * THICKNESS, THICKNESS))
     mass = np.append(disc.mass, DENSITY * radius * PARTICLE**2)
-    return dataclasses.replace(state, mass=mass)
+    places = np.append(disc.radius, stretch * radius), np.append(disc.depth, depth)
+    return impact(*places, thickness=THICKNESS, breadth=RADIUS, mass=mass)
 
 
 def lipped_disc(hole: float, crest: float) -> ImpactView:
     """A drilled disc whose entry side carries one ring of particles, two particles above the face."""
-    disc = drilled_disc(hole)
-    return with_particle(disc, crest, -2.0 * PARTICLE)
+    return with_particle(drilled_disc(hole), crest, -2.0 * PARTICLE)
 
 
 def collared_disc(hole: float, *, inwards: float, depth: float) -> ImpactView:
@@ -127,16 +120,8 @@ def collared_disc(hole: float, *, inwards: float, depth: float) -> ImpactView:
 
 def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:
     """One more particle of the target, which touches the rest."""
-    added = {
-        "radius": radius,
-        "depth": depth,
-        "mass": DENSITY * radius * PARTICLE**2,
-        "speed": 0.0,
-        "sector": 0,
-        "target": True,
-        "attached": True,
-        "attached_target": True,
-    }
+    added = {"radius": radius, "depth": depth, "mass": DENSITY * radius * PARTICLE**2, "speed": 0.0, "sector": 0}
+    added |= dict.fromkeys(("target", "attached", "attached_target"), True)
     arrays: dict[str, Any] = {name: np.append(getattr(state, name), value) for name, value in added.items()}
     return dataclasses.replace(state, **arrays)
 

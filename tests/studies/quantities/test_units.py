@@ -1,13 +1,18 @@
 """Units at the door: exact, finite, of the right dimension, or refused with a cure."""
 
+import math
 import re
+from dataclasses import dataclass
 from decimal import Decimal
+from typing import Annotated
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from solver.units import Described, Radian
 from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import parse_parameters
 from studies.quantities.units import _FACTORS, _conversion, parse_quantity, readable, round_quantity
 
 UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
@@ -84,8 +89,25 @@ def test_usual_units__have_the_factors_of_pint() -> None:
     """Each unit that is known without pint is worth what pint says, but for spellings that it does not know."""
     spelled = {"mil": "thou", "mils": "thou", '"': "inch", "″": "inch", "g/ccm": "g/cm3"}
     for (text, unit), factor in _FACTORS.items():
-        expected, _ = _conversion(spelled.get(text, text), unit)
-        assert float(factor) == pytest.approx(float(expected), rel=1e-15), text
+        conversion = _conversion(spelled.get(text, text), unit)
+        assert conversion is not None
+        assert float(factor) == pytest.approx(float(conversion[0]), rel=1e-15), text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounded:
+    """A field whose bound has more digits than a value keeps."""
+
+    angle: Annotated[Radian, Described("", minimum=0.0, maximum=math.radians(75.0))] = 0.0
+
+
+def test_bound__is_itself_allowed_and_is_told_in_degrees() -> None:
+    bound = math.radians(75.0)
+    assert parse_parameters(Bounded, {"angle": "75 deg"})["angle"] == pytest.approx(bound)
+    assert parse_parameters(Bounded, {"angle": bound}, si=True)["angle"] == pytest.approx(bound)
+    for angle, end in (("75.0001 deg", 75), ("-1 deg", 0)):
+        with pytest.raises(InvalidInput, match=f"from 0 deg to 75 deg; the nearest allowed value is {end} deg"):
+            parse_parameters(Bounded, {"angle": angle})
 
 
 @given(st.floats(1e-9, 1e15), st.sampled_from(UNITS))

@@ -51,7 +51,7 @@ def document_of(
     sweep = fakes.sweep_of(*axes, resolutions=fakes.CELLS if mesh else (20.0,), model_part="none")
     results = {}
     for number, point in enumerate(sweep.runs()):
-        at = laws_of.shot_of(point.run)
+        at = laws_of.shot_from(point.run.parameters, point.run.materials)
         assert at.plate_thickness is not None
         value = ratio(at.speed, at.plate_thickness) * fakes.DIAMETER
         measured = fakes.of_first_order(value, bar, point.run)

@@ -97,26 +97,17 @@ def computed(case: str, folder: Path) -> dict[str, Any]:
     run = run_of(case)
     result = execute(run, folder, threads=1)
     assert result.state == "succeeded", result.reason
-    return {
-        "identity": run.id,
-        "state": dict(_state(result, folder)),
-        "measurements": {
-            name: {
-                "version": each.version,
-                "value": each.value,
-                "uncertainty": each.uncertainty,
-                "flags": list(each.flags),
-            }
-            for name, each in result.measurements.items()
-        },
+    read = {
+        name: {key: getattr(each, key) for key in ("version", "value", "uncertainty", "flags")}
+        for name, each in result.measurements.items()
     }
+    return {"identity": run.id, "state": dict(_state(result, folder)), "measurements": read}
 
 
 def _state(result: RunResult, folder: Path) -> Iterator[tuple[str, float]]:
     """Sums over the final state, and what was counted on the way; SI, of the modelled part."""
     snapshot = load_state(folder / STATE)
-    particles = snapshot.particles
-    mass = particles.mass
+    particles, mass = snapshot.particles, snapshot.particles.mass
     yield "time", snapshot.time
     yield "steps", result.numbers["steps"]
     yield "tension floors", result.numbers["tension_floors"]
@@ -126,9 +117,8 @@ def _state(result: RunResult, folder: Path) -> Iterator[tuple[str, float]]:
     yield "moment of the place", (mass[:, None] * particles.position**2).sum()
     yield "pressure", np.sqrt((mass * particles.pressure**2).sum())
     yield "deviator", np.sqrt((mass[:, None] * particles.deviator**2).sum())
-    yield "plastic strain", (mass * particles.plastic_strain).sum()
-    yield "temperature", (mass * particles.temperature).sum()
-    yield "damage", (mass * particles.damage).sum()
+    for name in ("plastic_strain", "temperature", "damage"):
+        yield name.replace("_", " "), (mass * getattr(particles, name)).sum()
 
 
 def main() -> None:
@@ -138,15 +128,9 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 content = json.dumps(computed(case, Path(folder)), default=float)
             lines.append(f" {json.dumps(case)}: {content}")
-        write(file, lines)
+        text = ",\n".join(lines)
+        file.write_text(f'{{"physics_version": {PHYSICS_VERSION}, "cases": {{\n{text}\n}}}}\n', encoding="utf-8")
         print(f"{file}: physics version {PHYSICS_VERSION}, {len(cases)} cases")
-
-
-def write(file: Path, lines: list[str]) -> None:
-    """Write the cases of a file, a line each."""
-    cases = ",\n".join(lines)
-    text = f'{{"physics_version": {PHYSICS_VERSION}, "cases": {{\n{cases}\n}}}}\n'
-    file.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

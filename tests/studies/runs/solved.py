@@ -1,5 +1,6 @@
 """Small runs, one of each family, solved once a process."""
 
+import json
 import tempfile
 from collections.abc import Callable
 from functools import cache
@@ -40,3 +41,13 @@ def solved(scenario: str) -> Path:
     folder = Path(_folder().name) / scenario
     execute(asked(scenario), folder, threads=1)
     return folder
+
+
+def stored(directory: Path) -> dict[str, Any]:
+    """The result in a folder, which holds no number that JSON has not."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"result.json holds {constant}")
+
+    text = (directory / "result.json").read_text(encoding="utf-8")
+    return json.loads(text, parse_constant=refuse)

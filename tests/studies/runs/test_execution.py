@@ -19,28 +19,14 @@ from studies.runs.observer import RunObserver
 from studies.runs.results import Progress, RunControl, RunResult
 from studies.runs.run import PHYSICS_VERSION, Run
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
+from studies.scenarios.parts.impact import LEAST_CELLS
 from tests.contracts.test_scenarios import asked as small
 from tests.samples import needs
-from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
-
-
-def stored(directory: Path) -> dict[str, Any]:
-    """The result in a folder, which holds no number that JSON has not."""
-
-    def refuse(constant: str) -> None:
-        raise AssertionError(f"result.json holds {constant}")
-
-    text = (directory / "result.json").read_text(encoding="utf-8")
-    return json.loads(text, parse_constant=refuse)
+from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved, stored
 
 
 def without_provenance(directory: Path) -> str:
     return json.dumps({name: value for name, value in stored(directory).items() if name != "provenance"})
-
-
-def broken_off(run: Run, folder: Path, file: Path, *, steps: int = BROKEN_OFF_AFTER, **control: Any) -> None:
-    with pytest.raises(Interrupted):
-        execute(run, folder, RunControl(must_stop=after(steps), **control), threads=1, checkpoint=file)
 
 
 @pytest.fixture(params=list(RUNS))
@@ -99,10 +85,11 @@ LIMITS = {  # of the numbers that flag a run beyond them, as docs/limits.md and 
 @pytest.mark.parametrize("number", LIMITS)
 def test_flag__is_set_beyond_its_limit_and_not_at_it(number: str) -> None:
     limit, flag = LIMITS[number]
-    numbers = {**dict.fromkeys(LIMITS, 0.0), "cells": 8.0}
-    assert _flags({**numbers, number: limit}, {"cells": 8.0}) == ()
-    assert _flags({**numbers, number: math.nextafter(limit, math.inf)}, {"cells": 8.0}) == (flag,)
-    assert _flags(numbers, {"cells": 9.0}) == ("under_resolved",)
+    numbers = {**dict.fromkeys(LIMITS, 0.0), "cells_per_diameter": 16.0, "cells_per_thickness": 4.0}
+    assert _flags({**numbers, number: limit}, LEAST_CELLS) == ()
+    assert _flags({**numbers, number: math.nextafter(limit, math.inf)}, LEAST_CELLS) == (flag,)
+    for cells in ("cells_per_diameter", "cells_per_thickness"):
+        assert _flags({**numbers, cells: 0.99 * numbers[cells]}, LEAST_CELLS) == ("under_resolved",)
 
 
 def test_result__histories_sum_to_the_audited_energy_and_momentum(results: dict[str, RunResult]) -> None:
@@ -143,16 +130,6 @@ def test_result__of_a_bar_that_lost_its_answer_says_so(tmp_path: Path) -> None:
     assert str(result.reason).startswith("lost_particles: no final_length")
 
 
-@pytest.mark.parametrize(
-    ("cells", "thickness", "under_resolved"), [(15.0, 4e-3, True), (16.0, 1.9e-3, True), (16.0, 2e-3, False)]
-)
-def test_flags__under_resolved_below_16_cells_a_diameter_and_4_a_thickness(
-    tmp_path: Path, cells: float, thickness: float, under_resolved: bool
-) -> None:
-    run = asked("thin_plate", end_time=1e-7, cells_per_diameter=cells, plate_thickness=thickness)
-    assert ("under_resolved" in execute(run, tmp_path, threads=1).flags) == under_resolved
-
-
 # Failures
 
 
@@ -172,7 +149,8 @@ def test_execute__of_an_unphysical_run_leaves_a_failed_result_with_its_reason(tm
 def test_resume__gives_the_result_of_a_run_that_never_stopped(scenario: str, tmp_path: Path) -> None:
     run, folder, file = asked(scenario), tmp_path / "resumed", tmp_path / "checkpoint"
     for _ in range(2):
-        broken_off(run, folder, file)
+        with pytest.raises(Interrupted):
+            execute(run, folder, RunControl(must_stop=after(BROKEN_OFF_AFTER)), threads=1, checkpoint=file)
         assert not (folder / "result.json").exists()
     resumed = execute(run, folder, threads=1, checkpoint=file)
     assert "from the checkpoint" in str(resumed.provenance["checkpoint"])
@@ -211,21 +189,15 @@ def test_stop__at_the_end_of_time_flags_what_still_grows(tmp_path: Path) -> None
     assert "still_growing" in result.measurements["crater_depth"].flags
 
 
-def watched(
-    history: Sequence[float], name: str = "hole_diameter", *, flags: tuple[str, ...] = (), **changes: Any
-) -> RunObserver:
-    """An observer of a plate that has read a history, in mm, five times in each window; the last with flags."""
-    observer = observer_of(asked("thin_plate", **{"cells_per_diameter": 16.0, **changes}))
+def watched(history: Sequence[float], cells: float = 16.0) -> RunObserver:
+    """An observer of a plate that has read a history of its hole, in mm, five times in each window."""
+    observer = observer_of(asked("thin_plate", cells_per_diameter=cells))
     observer.times = [observer.rate.interval * count for count in range(len(history))]
-    parts = {"resolution": 0.5e-3}
-    observer.readings = [{name: Reading(1e-3 * value, parts, ())} for value in history]
-    observer.readings[-1] = {name: Reading(1e-3 * history[-1], parts, flags)}
+    observer.readings = [{"hole_diameter": Reading(1e-3 * value, {"resolution": 0.5e-3}, ())} for value in history]
     return observer
 
 
 STEADY = [math.nan] * 5 + [14.0] + [15.0] * 5  # two windows, of which the last begins at 14
-
-
 HOLE = [0.0] * 5 + [1.0] * 6  # a window of a hole at the end
 
 
@@ -269,7 +241,5 @@ def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertain
 def test_settled__is_a_range_below_a_share_of_the_value_or_a_quarter_of_a_cell(
     cells: float, dent: float, settled: bool
 ) -> None:
-    level = [15.0] * 5
-    observer = watched([*STEADY, *level, 15.0 - dent, *level[:4], 15.0], cells_per_diameter=cells)
-    hole = observer.measured_as("hole_diameter")
-    assert ("still_growing" not in hole.flags) == settled
+    observer = watched([*STEADY, *[15.0] * 5, 15.0 - dent, *[15.0] * 5], cells)
+    assert ("still_growing" not in observer.measured_as("hole_diameter").flags) == settled

@@ -52,7 +52,7 @@ def differences(case: str, stored: dict[str, Any], got: dict[str, Any]) -> str:
 def _moved(stored: dict[str, Any], got: dict[str, Any]) -> str:
     """The quantities that differ, each with by how much."""
     return ", ".join(
-        f"{name} {stored.get(name)} -> {got.get(name)}{_share(stored.get(name), got.get(name))}"
+        f"{name} {stored.get(name)} -> {got.get(name)}"
         for name in dict.fromkeys((*stored, *got))
         if not _same(stored.get(name), got.get(name))
     )
@@ -62,11 +62,6 @@ def _same(stored: Any, got: Any) -> bool:
     if isinstance(stored, float) and isinstance(got, float):
         return math.isclose(stored, got, rel_tol=RELATIVE)
     return bool(stored == got)
-
-
-def _share(stored: Any, got: Any) -> str:
-    numbers = isinstance(stored, float) and isinstance(got, float) and stored
-    return f" ({got / stored - 1.0:+.1e})" if numbers else ""
 
 
 # The sets of laws and shapes of these are compiled for nobody else, or they take seconds: 0.5 to 6 s (2026-11). The

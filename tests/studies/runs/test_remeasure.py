@@ -11,10 +11,10 @@ from solver import simulation
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
 from studies.runs import execution
-from studies.runs.remeasure import NEEDS_SOLVING, StoredVersion, definitions, load_state, outdated, remeasure
+from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure, versions_of
 from studies.runs.results import RunResult
 from tests.samples import needs
-from tests.studies.runs.solved import RUNS, asked, solved
+from tests.studies.runs.solved import RUNS, asked, solved, stored
 
 Patch = Callable[..., None]
 WHO = "the tests"
@@ -44,7 +44,7 @@ def _never(*_: object, **__: object) -> None:
 
 
 def result_in(scenario: str) -> RunResult:
-    return RunResult.from_json(json.loads((solved(scenario) / "result.json").read_text()))
+    return RunResult.from_json(stored(solved(scenario)))
 
 
 def again(scenario: str, before: RunResult | None = None) -> RunResult:
@@ -67,15 +67,11 @@ def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(scenar
         assert {*now.flags} == {*was.flags, NEEDS_SOLVING} - {"still_growing"}
 
 
-def stored(result: RunResult) -> dict[str, StoredVersion]:
-    return {name: StoredVersion(version=m.version, flags=m.flags) for name, m in result.measurements.items()}
-
-
 @needs("taylor_bar")
 def test_bar__without_reference_sizes_has_no_error_and_nothing_to_read_again() -> None:
     bar = result_in("taylor_bar")
     assert "taylor_error" not in bar.measurements
-    assert "taylor_error" not in outdated("taylor_bar", stored(bar))
+    assert "taylor_error" not in outdated("taylor_bar", versions_of(bar))
     references = {"reference_length": 16e-3, "reference_diameter": 13e-3, "reference_width": 10e-3}
     assert "taylor_error" in scenarios.load("taylor_bar").measured_in(asked("taylor_bar", **references).parameters)
 
@@ -110,4 +106,4 @@ def test_follower__that_changed_keeps_its_value_and_says_that_it_needs_solving(s
     kept = result.measurements[name]
     assert (kept.value, kept.version) == (before.value, before.version)
     assert kept.flags == (*before.flags, NEEDS_SOLVING)
-    assert outdated(scenario, stored(result)) == ()
+    assert outdated(scenario, versions_of(result)) == ()

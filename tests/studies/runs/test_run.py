@@ -38,37 +38,26 @@ def refused(scenario: str = "thin_plate", **changes: Any) -> list[str]:
 # Identity; that of every parameter is a contract (tests/contracts/test_parameters.py).
 
 
-@pytest.mark.parametrize(
-    "same",
-    [
-        lambda: resolve("thin_plate", dict(reversed(PLATE.items())), {"projectile": COPPER, "target": COPPER}),
-        lambda: Run.from_json(json.loads(json.dumps(asked().as_json(), allow_nan=False))),
-        lambda: asked(courant=RECIPES["whipple"].courant, geometry="axisymmetric", stop="settled"),
-        lambda: asked(speed=3000),
-        lambda: asked(speed=3000.0 * (1.0 + 1e-14)),
-        lambda: asked(target=COPPER.with_value("strength.A", 90e6 * (1.0 + 1e-14))),
-        lambda: asked(target=dataclasses.replace(COPPER, name="cu", title="My", family="red")),
-        lambda: resolve(
-            "thin_plate", {**PLATE, "projectile": "cu", "target": "cu"}, {"projectile": COPPER, "target": COPPER}
-        ),
-        lambda: asked(target=dataclasses.replace(COPPER, yield_stresses=(), brinell_hardness=40.0)),
-    ],
-    ids=[
-        "order",
-        "JSON",
-        "defaults spelled out",
-        "whole number",
-        "beyond 12 digits",
-        "constant beyond 12 digits",
-        "name of a material",
-        "name in a parameter",
-        "numbers for laws alone",
-    ],
-)
-def test_identity__of_the_same_problem_is_the_same(same: Callable[[], Run]) -> None:
-    assert same().id == asked().id
+OURS = {"projectile": COPPER, "target": COPPER}
+SAME: dict[str, Callable[[], Run]] = {
+    "order": lambda: resolve("thin_plate", dict(reversed(PLATE.items())), OURS),
+    "JSON": lambda: Run.from_json(json.loads(json.dumps(asked().as_json(), allow_nan=False))),
+    "defaults spelled out": lambda: asked(courant=RECIPES["whipple"].courant, geometry="axisymmetric", stop="settled"),
+    "whole number": lambda: asked(speed=3000),
+    "beyond 12 digits": lambda: asked(speed=3000.0 * (1.0 + 1e-14)),
+    "constant beyond 12 digits": lambda: asked(target=COPPER.with_value("strength.A", 90e6 * (1.0 + 1e-14))),
+    "name of a material": lambda: asked(target=dataclasses.replace(COPPER, name="cu", title="My", family="red")),
+    "name in a parameter": lambda: resolve("thin_plate", {**PLATE, "projectile": "cu", "target": "cu"}, OURS),
+    "numbers for laws alone": lambda: asked(
+        target=dataclasses.replace(COPPER, yield_stresses=(), brinell_hardness=40.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("same", SAME)
+def test_identity__of_the_same_problem_is_the_same(same: str) -> None:
+    assert SAME[same]().id == asked().id
     assert len(asked().id) == 32
-    assert int(asked().id, 16) >= 0
 
 
 STATED = {path for path in COPPER.paths() if COPPER.value_at(path)}  # no zero
@@ -95,13 +84,6 @@ def test_identity__has_none_of_what_does_not_act() -> None:
 
 
 # Refusals
-
-
-def test_resolve__refuses_unknown_names_with_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="speed"):
-        asked(sped=3000.0)
-    with pytest.raises(InvalidInput, match="thin_plate"):
-        resolve("thin_plat", PLATE, {"projectile": COPPER, "target": COPPER})
 
 
 @pytest.mark.parametrize("value", [-3000.0, 0.0, math.nan, 1e9, "fast", None, True, ...])

@@ -59,10 +59,9 @@ def test_constants__that_have_an_order_are_refused_out_of_it(
     assert finding.limit.startswith(limit)
 
 
-@pytest.mark.parametrize("material", [COPPER, THESIS])
-def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material: Any) -> None:
-    made = matter(material, tension="unlimited" if material is COPPER else "recoverable")
-    assert isinstance(made.tension, UnlimitedTension)
+@pytest.mark.parametrize(("material", "tension"), [(COPPER, "unlimited"), (THESIS, "recoverable")])
+def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material: Any, tension: str) -> None:
+    assert isinstance(matter(material, tension=tension).tension, UnlimitedTension)
 
 
 @pytest.mark.parametrize(
@@ -81,16 +80,12 @@ def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(
     assert fracture.of(COPPER) == expected
 
 
-WELDOX, ARNE = materials.load("weldox-460-e"), materials.load("arne-elastic")
-DAMAGE = Fracture(failure="modified-johnson-cook")
-
-
 def test_damage__breaks_the_materials_that_state_its_constants() -> None:
-    roles: Materials = {"projectile": ARNE, "target": WELDOX}
-    assert list(DAMAGE.check(roles)) == []
-    assert DAMAGE.of(ARNE) == NoFailure()
-    expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
-    assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
+    arne, weldox = materials.load("arne-elastic"), materials.load("weldox-460-e")
+    damage = Fracture(failure="modified-johnson-cook")
+    assert list(damage.check({"projectile": arne, "target": weldox})) == []
+    assert damage.of(arne) == NoFailure()
+    assert damage.of(weldox) == ModifiedJohnsonCookDamage(0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ def catalogue(scenario: str = "thin_plate", **changes: Any) -> Catalogue:
         "parameters": declared(scenarios.load(scenario).parameters),
         "quantities": HOLES if holes else CRATERS,
         "laws": HOLE_LAWS if holes else CRATER_LAWS,
-        "shot_of": laws.shot_of,
+        "shot_of": lambda run: laws.shot_from(run.parameters, run.materials),
         "materials": {"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
     }
     return Catalogue(**plain | changes)
@@ -169,12 +169,12 @@ def mesh_error(run: Run) -> float:
         6000.0: -0.02 * math.log2(h) ** 2,  # grows with refinement
         7000.0: 0.06 * h**1.5,
     }
-    return kinds.get(laws.shot_of(run).speed, 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
+    return kinds.get(float(run.parameters["speed"]), 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
 
 
 def result(run: Run) -> RunResult:
     """A hole a little wider than the law with the sound speed; a crater near a hemisphere."""
-    shot = laws.shot_of(run)
+    shot = laws.shot_from(run.parameters, run.materials)
     wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
     if run.scenario == "thin_plate":
         hole = HOLE_LAWS[1].ratio(shot, "") * DIAMETER * 1.04 * wavy

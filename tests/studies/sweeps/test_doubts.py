@@ -1,4 +1,4 @@
-"""Constants that are wrong: what is refused at the door, what is doubted, and in which words."""
+"""What is wrong or hardly useful in a sweep: what is refused at the door, what is warned of, and in which words."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -9,6 +9,7 @@ from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
 from tests.claims.rows import Row, equal
+from tests.samples import needs
 
 METAL = "al-2024-t3"
 JOHNSON_COOK = {"failure": "johnson-cook"}
@@ -85,3 +86,29 @@ def test_wrong_constants__are_refused_or_doubted(compared: Callable[[Row], None]
 )
 def test_constants__that_may_be_are_left_in_peace(sweep: Mapping[str, Any]) -> None:
     assert said(**sweep) == []
+
+
+@pytest.mark.parametrize(
+    ("speeds", "thicknesses", "words"),
+    [
+        # 8930 kg/m3 (100 m/s)^2 / 90 MPa
+        (["0.1 km/s", "6 km/s"], ["2 mm"], ["speed 100 m/s", "= 0.99 ", "1 of 2"]),
+        # 2.28 (6/3.94)^(2/3) = 3.018 diameters deep: 62.5 / 3.018
+        (["6 km/s"], ["500 mm", "4 mm"], ["t/d = 62.5", " 21 times", "1 of 2"]),
+        (["2 km/s", "7 km/s"], ["2 mm", "8 mm"], []),
+    ],
+)
+def test_impacts__that_are_slow_or_on_thick_plates_are_warned_of(
+    speeds: list[str], thicknesses: list[str], words: list[str]
+) -> None:
+    copper = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"}
+    axes = {"speed": speeds, "plate_thickness": thicknesses}
+    sweep = Sweep.parse({"scenario": "thin_plate", "fixed": copper, "axes": axes, "resolution": 16})
+    warnings = warnings_of(sweep)
+    assert len(warnings) == bool(words)
+    assert all(word in warnings[0] for word in words)
+
+
+@needs("taylor_bar")
+def test_sweep__without_shots_has_nothing_to_be_warned_of() -> None:
+    assert warnings_of(Sweep.parse({"scenario": "taylor_bar", "axes": {"speed": ["100 m/s"]}})) == []

@@ -69,15 +69,9 @@ def test_document__of_a_sample_states_its_values_and_is_read_as_itself() -> None
         (axes(speed={"low": "3 km/s"}), "axes.speed.high", "low"),
         (axes(speed={"low": "7 km/s", "high": "3 km/s"}), "axes.speed.high", "low"),
         (axes(speed={"start": "3 km/s", "high": "7 km/s"}), "axes.speed.start", ""),
-        (
-            axes(speed={"low": "3 km/s", "high": "7 km/s", "values": ["4 km/s"]}),
-            "axes.speed.values",
-            "leave values out",
-        ),
-        (
-            axes(speed={"low": "3 km/s", "high": "7 km/s", "values": ["8 km/s"] * 16}),
-            "axes.speed.values",
-            "leave values out",
+        *(
+            (axes(speed={**SAMPLED["axes"]["speed"], "values": values}), "axes.speed.values", "leave values out")
+            for values in (["4 km/s"], ["8 km/s"] * 16)
         ),
     ],
 )

@@ -23,7 +23,7 @@ from studies.sweeps.schema import MODELINE, schema_of_sweep
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared
 from tests.claims.rows import at_least, equal
-from tests.studies.sweeps.test_sweep import ANYTHING, MISTAKES, PLACES, changed
+from tests.studies.sweeps.test_sweep import MISTAKES, changed
 
 ROOT = Path(__file__).parents[3]
 WHOLE = schema_of_sweep()
@@ -193,8 +193,19 @@ def is_read(text: str, unit: str) -> bool:
     return True
 
 
+PLACES = ["fixed", "axes", "axes/speed", "axes/speed/start", "fixed/target", "fixed/projectile_shape"]
+PLACES += ["fixed/target.strength.A", "fixed/particles_per_cell", "materials", "observations", "resolution"]
+PLACES += ["offsets", "accuracy"]
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda some: st.lists(some, max_size=3) | st.dictionaries(st.text(max_size=8), some, max_size=3),
+    max_leaves=6,
+)
+
+
 @given(st.sampled_from(PLACES), ANYTHING | st.sampled_from(WRITTEN))
 def test_schema__holds_for_whatever_is_read(path: str, value: Any) -> None:
+    """And reading refuses the rest, without any other error."""
     document = changed(path, value)
     if not fields_of_service(document):
         assert fields_of(document) == set()

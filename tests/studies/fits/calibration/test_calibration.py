@@ -1,6 +1,7 @@
 """Calibration: known constants are recovered at the nominal rate, and what is no table of bars is refused in words."""
 
 import math
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from studies.fits.calibration.posterior import Calibration, Posterior, posterior
 from studies.fits.calibration.prediction import LEVEL, chances, predict
 from studies.fits.calibration.results import calibrated, write
 from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
-from studies.materials.reader import read_document, read_toml
+from studies.materials import read_own
 from studies.quantities.findings import InvalidInput
 from studies.runs.results import RunResult
 from studies.sweeps.document import read_yaml
@@ -183,7 +184,7 @@ def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path
     predicted = predict(posterior, posterior.calibration.shots)
     files = {file.name: file for file in write(tmp_path, COPPER, posterior, predicted, "lots")}
     middle = calibrated(COPPER, posterior, "copper-ofhc-calibrated", "mean")
-    assert read_document(read_toml(files["material.toml"].read_text(), "material.toml")) == middle
+    assert read_own(tomllib.loads(files["material.toml"].read_text())) == middle
     document = {**HOLE, "materials": read_yaml(files["materials.yaml"].read_text(), "materials.yaml")["materials"]}
     document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "target"}
     document["axes"] = {"target": list(document["materials"])}
