@@ -201,7 +201,7 @@ def _judged(
         high=max(residuals, default=None),
         bar=max((point.bar for point in tested if point.bar is not None), default=None),
         outcome=outcome,
-        reason=_reason(points, bool(compared)) if outcome is Outcome.NOT_COMPARABLE else None,
+        reason=_reason(points, bool(compared), law is None) if outcome is Outcome.NOT_COMPARABLE else None,
     )
 
 
@@ -212,12 +212,12 @@ def _outcome(tested: Sequence[PointJudgement]) -> Outcome:
     return max(tested, key=lambda point: abs(point.difference or 0.0) - (point.bar or 0.0)).outcome
 
 
-def _reason(points: Sequence[PointJudgement], is_compared: bool) -> Reason:
+def _reason(points: Sequence[PointJudgement], is_compared: bool, is_simulation: bool) -> Reason:
     if is_compared:
         return Reason.NO_BAR
     if all(point.status is RangeStatus.OTHER_MATERIAL for point in points):
         return Reason.OTHER_MATERIAL
-    if all(point.law is None for point in points):
+    if all(point.law is None for point in points) and not is_simulation:
         return Reason.NO_ANSWER
     if any(point.status is RangeStatus.FITTED for point in points):
         return Reason.FITTED

@@ -24,6 +24,7 @@ from studies.reports.wording import words
 from studies.sweeps.reading import published_shots
 
 NEAR = 0.10  # relative: a shot is like a point where no number that both state differs by more
+SAME = 0.01  # relative: what is fixed in the sweep and differs by more is another size
 A_RANGE = "a range alone is published: nothing is compared with it"
 LINEAR = "linear between neighbouring runs"
 
@@ -189,14 +190,15 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[StatedShot]) -> 
     shots = [shot for shot in own if shot.quantity == name]
     shots += [_of_table(shot, unit) for shot in _shipped(str(points.attrs["scenario"]), name)]
     columns = {key: by_run(points, key) for shot in shots for key in shot.at if key in points}
-    needed = {axis for axis in axes_of(points) if axis in columns}
+    axes = axes_of(points)
+    needed = {axis for axis in axes if axis in columns}
     barred = points.assign({cubes.UNCERTAINTY.named(name): error_bars(points, name)})
     places, seen = places_of(points), set()
     for shot in shots:
         # As exactly as a table prints them: the same shot may come from two tables.
         rounded = {key: float(f"{value:.6g}") for key, value in shot.at.items() if isinstance(value, float)}
         told = (shot.value, shot.lower, shot.upper, *sorted(rounded.items()))
-        near = _nearest(shot.at, columns) if needed <= shot.at.keys() else None
+        near = _nearest(shot.at, columns, axes) if needed <= shot.at.keys() else None
         if near is None or told in seen:
             continue
         seen.add(told)
@@ -233,25 +235,35 @@ def _shipped(scenario: str, quantity: str) -> Sequence[Observation]:
     return found
 
 
-def _nearest(at: Place, columns: dict[str, np.ndarray]) -> tuple[int, tuple[Doubt, ...]] | None:
-    """The number of the point that is nearest to a shot, with the doubts about its metals; None where none is near."""
+def _nearest(at: Place, columns: dict[str, np.ndarray], axes: Sequence[str]) -> tuple[int, tuple[Doubt, ...]] | None:
+    """The number of the point that is nearest to a shot, with the doubts about the shot; None where none is like it.
+
+    A shot between the points of an axis is like the nearest of them: the simulation is brought to it.
+    """
     stated = [key for key in at if key in columns]
     if not any(isinstance(at[key], float) for key in stated):
         return None
     distance = np.zeros(len(columns[stated[0]]))
-    doubts = False
+    is_metal = False
+    differs = np.zeros(len(distance), bool)
     for key in stated:
         wanted, column = at[key], columns[key]
         if isinstance(wanted, str):
             kinds = [_likeness(wanted, str(own)) for own in column]
             distance += [0.0 if kind else math.inf for kind in kinds]
-            doubts |= "metal" in kinds
+            is_metal |= "metal" in kinds
         else:
-            off = np.abs(np.asarray(column, float) - wanted)
-            scale = NEAR * abs(wanted)
-            distance += np.where(np.isnan(off), 0.0, np.where(off <= scale, off, np.inf) / (scale or 1.0))
+            numbers = np.asarray(column, float)
+            off, scale = np.abs(numbers - wanted), NEAR * abs(wanted)
+            is_near = off <= scale
+            if key in axes:
+                is_near |= bool(numbers.min() <= wanted <= numbers.max())
+            else:
+                differs |= off > SAME * abs(wanted)
+            distance += np.where(np.isnan(off), 0.0, np.where(is_near, off, np.inf) / (scale or 1.0))
     number = int(np.argmin(distance))
-    return (number, (Doubt.UNKNOWN_ALLOY,) * doubts) if math.isfinite(distance[number]) else None
+    doubts = (Doubt.UNKNOWN_ALLOY,) * is_metal + (Doubt.OTHER_SIZE,) * bool(differs[number])
+    return (number, doubts) if math.isfinite(distance[number]) else None
 
 
 def _likeness(wanted: str, own: str) -> str:

@@ -22,7 +22,7 @@ from studies.quantities.display import printed_beside
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import nearest
-from studies.reports.records import Judgement, MeasuredShot
+from studies.reports.records import Doubt, Judgement, MeasuredShot
 from studies.reports.wording import number_of, size, text_environment, unit_of, worded, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
@@ -66,6 +66,7 @@ class QuantityOpening:
     has_laws: bool  # whether any law answers at all
     shots: tuple[MeasuredShot, ...]
     at_shot: tuple[Given, ...]  # by each law in its range, beside the first shot
+    beside_shots: Judgement | None  # the law that is nearest to the shots of the sweep's own table
 
     @property
     def noun(self) -> str:
@@ -137,6 +138,7 @@ def _of_quantity(
             for at in law.points
             if at.at == shot.point and at.law and not at.outside
         ),
+        beside_shots=next(iter(nearest(mine, "observation")), None),
     )
 
 
@@ -214,14 +216,14 @@ def _measured(shot: MeasuredShot) -> str:
     return f"{size(shot.lower, shot.unit)} to {size(shot.upper, shot.unit)}"
 
 
-def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
-    """The smallest and the largest difference of the simulation from measured values."""
-    off = [shot.simulation / shot.value - 1.0 for shot in shots if shot.value and shot.simulation is not None]
-    return (min(off), max(off)) if off else None
+def _off(shots: Sequence[MeasuredShot]) -> list[float]:
+    """The differences of the simulation from the measured values of shots of the same size, ascending."""
+    same = [shot for shot in shots if Doubt.OTHER_SIZE not in shot.doubts]
+    return sorted(shot.simulation / shot.value - 1.0 for shot in same if shot.value and shot.simulation is not None)
 
 
 @cache
 def _template() -> Template:
     environment = text_environment()
-    environment.filters.update(barred=_barred, measured=_measured, simulated=_simulated)
+    environment.filters.update(barred=_barred, measured=_measured, off=_off)
     return environment.get_template("headline.txt")

@@ -102,6 +102,7 @@ class Doubt(StrEnum):
 
     SECOND_HAND = "second_hand"  # nobody here read its source
     UNKNOWN_ALLOY = "unknown_alloy"
+    OTHER_SIZE = "other_size"  # a number that is fixed in the sweep is another one, by up to a tenth
 
 
 @dataclass(frozen=True)

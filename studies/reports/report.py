@@ -5,7 +5,7 @@ document as HTML that opens from disk without a network.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from studies.cubes import reading
+from studies.cubes import variables as cubes
 from studies.cubes.long_texts import short_texts, with_short_texts
 from studies.cubes.points import axes_of, main_quantities, plain, refinements_of
 from studies.quantities.parameters import Plain
 from studies.reports.compare import compare
 from studies.reports.document import Axis, Head, MeasuredQuantity
 from studies.reports.section import Source, sections
+from studies.reports.wording import words
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -56,7 +58,7 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
         title=dataset.attrs["title"],
         scenario=dataset.attrs["scenario"],
         scenario_title=dataset.attrs["scenario_title"],
-        headline=opener[1].opening if opener else NOTHING,
+        headline=opener[1].opening if opener else _nothing(points, main),
         opened_by=opener[0].name if opener else "",
         axes=tuple(_axis(dataset, name) for name in axes_of(points)),
         coordinates=tuple(_axis(dataset, name) for name in axes_of(dataset)),
@@ -67,6 +69,13 @@ def report_of(dataset: xr.Dataset, files: Mapping[str, Path] | None = None) -> R
         figures=tuple(figures),
     )
     return Report(head, {section.name: part.record for section, part in parts}, short_texts(dataset))
+
+
+def _nothing(points: xr.Dataset, main: Sequence[str]) -> str:
+    """That no run has a value, with what the runs that ended say of the first main quantity."""
+    flags = reading.flag_words(cubes.FLAGS.of(points, main[0])) if main else []
+    told = [words(flag) for flag in dict.fromkeys(flag for flags_of_point in flags for flag in flags_of_point)]
+    return f"No run has a value: {', '.join(told)}." if told else NOTHING
 
 
 def as_json(report: Mapping[str, Plain]) -> str:

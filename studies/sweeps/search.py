@@ -179,7 +179,9 @@ def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], chance:
     if following is None and (is_reversed or not (zeros and ones)):
         ends = [end for end in (search.low, search.high) if end in outcomes] or [*zeros[-1:], *ones[:1]]
         gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, search.unit)}" for end in ends) or "undecided"
-        reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
+        reason = (
+            f"{search.quantity.replace('_', ' ')} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
+        )
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
     reason = ""
     if following is None and search.is_too_wide(lower, upper):

@@ -22,7 +22,7 @@ from studies.cubes.points import (
     simulated_or_nan,
 )
 from studies.cubes.reading import finite
-from studies.cubes.variable import Variable
+from studies.cubes.variable import OUTCOMES, Variable
 from studies.reports.section import Part, Source
 from studies.reports.sections.accuracy import (
     Convergence,
@@ -55,7 +55,8 @@ BESIDE: Mapping[str, Variable] = {
 def convergence_of(source: Source) -> Part | None:
     """The section; None where nothing was measured."""
     dataset, points = source.dataset, source.points
-    main, several = main_quantities(points), refinements_of(dataset)
+    several = refinements_of(dataset)
+    main = [name for name in main_quantities(points) if several or OUTCOMES not in points[name].attrs]
     quantities = tuple(
         QuantityConvergence(name, str(points[name].attrs["units"]), name in main, tuple(_points(dataset, points, name)))
         for name in reading.quantities_of(points)

@@ -39,11 +39,12 @@ class Values:
 
 def _part(source: Source) -> Part:
     from studies.cubes.points import axes_of, main_quantities
+    from studies.cubes.variable import OUTCOMES
     from studies.reports.figures import figures
     from studies.reports.opening import computed_of, ends_of, headline, is_made_by_mesh, opening_of
 
     points, comparison = source.points, source.comparison
-    names, ranges = main_quantities(points), []
+    names, ranges = [name for name in main_quantities(points) if OUTCOMES not in points[name].attrs], []
     for name in names:
         if computed := computed_of(points, name):
             low, high = ends_of(computed)

@@ -127,7 +127,7 @@ OPENINGS: list[tuple[str, dict[str, Any]]] = [
         f"{FINE}. No law is comparable here. {NO_SHOT}",
         {"laws": [exact("h", title="Hill", range=fakes.within(8.0, 9.0))]},
     ),
-    (f"{FINE}. {NEAREST} One shot measured 18.2 mm: computed −23 %.", {"shots": (shot(1.3),)}),
+    (f"{FINE}. {NEAREST} One shot measured 18.2 mm: computed −23 %, Hill −27 %.", {"shots": (shot(1.3),)}),
     (
         f"{FINE}. {NEAREST} One shot measured 18.2 mm, second-hand: computed −23 %.",
         {"shots": (shot(1.3, "second-hand"),)},

@@ -189,7 +189,7 @@ def test_until__tries_an_end_before_it_says_that_nothing_is_bracketed(perforates
     assert limit.verdict is SearchVerdict.NOT_BRACKETED
     assert (GUIDED.low if perforates else GUIDED.high) in limit.tried
     silent = replay(GUIDED, lambda speed: None if speed > 200.0 else False)
-    assert silent.reason.startswith("not bracketed: perforated is 0 at 1")
+    assert silent.reason.startswith("perforated is 0 at 1")
 
 
 @pytest.mark.parametrize("search", [SEARCH, GUIDED])
