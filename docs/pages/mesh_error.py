@@ -307,14 +307,13 @@ def pages() -> dict[str, str]:
 def _results() -> Iterator[str]:
     """What is stored of each quantity: its domain, its coefficients, and how it was tested."""
     plain = json.loads(experience.STORED.read_text(encoding="utf-8"))
-    known = plain["quantities"] if plain["physics"] == PHYSICS_VERSION else {}
+    known = experience.stored()
     if not known:
         yield "\n## Results\n\nThe ensemble is not complete, so that every mesh error is unknown.\n"
         return
     tests, models, domains = [], [], []
-    for name, each in known.items():
-        kept, tested = experience.Experience.from_json(each), each["tested"]
-        model = kept.model
+    for name, kept in known.items():
+        model, tested = kept.model, plain["quantities"][name]["tested"]
         shares = [f"{100 * share:.0f} % of {of}" for share, of in tested["covered"].values()]
         counted = "{} of {}".format(*tested["series"])
         tests.append(
@@ -335,4 +334,4 @@ def _results() -> Iterator[str]:
     yield "\n"
     yield table(["quantity", "coefficients of B", "scale", "times the scale in 3-D", "grids independent"], models)
     yield "\nThe domains, in SI; more cells than any of the ensemble are inside:\n"
-    yield table(["quantity", *(name.replace("_", " ") for name in next(iter(known.values()))["domain"])], domains)
+    yield table(["quantity", *(name.replace("_", " ") for name in vars(next(iter(known.values())).domain))], domains)
