@@ -40,8 +40,8 @@ def export(
     from studies.cubes.exports import export_csv, export_zarr
     from studies.cubes.opening import whole_cube
     from studies.films.animation import animate
-    from studies.films.exports import export_vtk, files_of
     from studies.films.film_dataset import open_film
+    from studies.films.vtk import export_vtk, files_of
 
     if not (vtk or movie or zarr or csv):
         cure = "name what is to be written, for example --vtk out"

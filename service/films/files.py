@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def _vtk(inputs: FileInputs, file: Path) -> None:
-    from studies.films.exports import export_vtk
+    from studies.films.vtk import export_vtk
     from studies.quantities.files import zipped
 
     zipped(lambda folder: export_vtk(sources_of(inputs), folder), file)

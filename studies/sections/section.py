@@ -15,7 +15,9 @@ thinned, evenly. Elements are shown by points inside their faces in the plane, a
 """
 
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
@@ -35,6 +37,8 @@ MOST = 200_000
 END = -1  # in place of a moment
 STEPS = 65535  # of a position in its box
 HALF = 65504.0  # the largest number of half precision
+# Of the last section of a running run: s after the begin, s between two, and the largest share of the time of the run.
+FIRST, AGAIN, SHARE = 5.0, 15.0, 0.01
 
 # Unit of each stored field in SI: half precision ends at 65504, and has a part in two thousand.
 FIELDS: Mapping[str, float] = {
@@ -241,6 +245,26 @@ class SectionRecorder:
                 for name, (values, more) in fields.items()
             },
         )
+
+
+class Watched:
+    """Keeps the last section of a running run for its page; what that took decides when the next one is due."""
+
+    def __init__(self, file: Path, clock: Callable[[], float] = time.perf_counter):
+        self._file, self._clock = file, clock
+        self._due = clock() + FIRST
+        self.spent = 0.0  # s
+
+    def see(self, sections: SectionRecorder, snapshot: Snapshot) -> None:
+        """Keep the section of a state if it is due; without effect where there is no space."""
+        begin = self._clock()
+        if begin < self._due:
+            return
+        with suppress(OSError):
+            sections.save_now(snapshot, self._file)
+        took = self._clock() - begin
+        self.spent += took
+        self._due = begin + took + max(AGAIN, took / SHARE)
 
 
 def read_sections(path: Path) -> Sections:

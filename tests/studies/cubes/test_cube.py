@@ -15,8 +15,8 @@ from studies import laws
 from studies.cubes import audit, cube
 from studies.cubes.exports import runs_csv
 from studies.cubes.groups import as_tree
-from studies.cubes.growing import still_growing
 from studies.cubes.opening import open_tree, whole_cube
+from studies.cubes.reading import still_growing
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING

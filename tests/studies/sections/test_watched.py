@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from studies.sections.section import SectionRecorder
-from studies.sections.watched import Watched
+from studies.sections.section import SectionRecorder, Watched
 
 MOST = 0.02  # share of the time of a run
 
