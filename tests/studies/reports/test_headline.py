@@ -13,17 +13,13 @@ import xarray as xr
 
 import whipple
 from studies import laws as laws_of
-from studies.cubes import cube
 from studies.reports.sections import search
 from studies.reports.sections.search import FoundLimit, FoundLimits
 from studies.reports.wording import MOST_WORDS
-from studies.runs.results import RunResult
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
-from studies.sweeps.sweep import Sweep
 from tests.claims.rows import at_most, equal
-from tests.samples import needs
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
@@ -168,39 +164,6 @@ def test_headline__says_a_published_range_of_an_unknown_alloy_and_the_law_that_r
         "6.18 km/s: 23.5 mm computed, 24.0 by Hill; measured 27.5 to 34.5, alloy unknown, second-hand; only Sawle "
         "(27.9) reaches it."
     )
-
-
-BARS_TABLE = """speed [m/s];bar_length [mm];bar_diameter [mm];final_length [mm];mushroom_diameter [mm];source
-190;25,4;7,62;16,2;;shot 1
-150;25,4;7,62;19,2;12,1;shot 2
-"""
-
-
-@needs("taylor_bar")
-@pytest.mark.parametrize(
-    ("shots", "expected"),
-    [
-        ("", "Final length 19.0, 16.5 mm at 0.15, 0.19 km/s (mesh error unknown)."),
-        (BARS_TABLE, "shots measured: computed"),
-    ],
-)
-def test_headline__of_bars_has_own_shots(shots: str, expected: str) -> None:
-    """A Taylor sweep opens with its lengths and the shots that it brought."""
-    document = {
-        "scenario": "taylor_bar",
-        "fixed": {"bar": "copper-ofhc", "bar_length": "25.4 mm", "bar_diameter": "7.62 mm"},
-        "axes": {"speed": ["150 m/s", "190 m/s"]},
-        "resolution": 8,
-        **({"observations": shots} if shots else {}),
-    }
-    sweep = Sweep.parse(document)
-    sizes = {150.0: (0.019, 0.012), 190.0: (0.0165, 0.0135)}
-    results = {}
-    for point in sweep.runs():
-        measured = [fakes.measured(size) for size in sizes[point.run.parameters["speed"]]]  # type: ignore[index]
-        named = dict(zip(("final_length", "mushroom_diameter"), measured, strict=True))
-        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=named)
-    assert expected in fakes.document_of(cube.build(sweep, results))["headline"].replace("\u202f", " ")
 
 
 @pytest.mark.parametrize(
