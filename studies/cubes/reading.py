@@ -8,8 +8,7 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
-from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL, RUN_ID, STOP_REASON
+from studies.cubes.variables import FLAGS, FLAGS_OF_RUN, LAW_LABEL, RUN_ID, STOP_REASON
 from studies.laws import critical
 from studies.quantities.measured import ERROR_UNKNOWN, STILL_GROWING
 from studies.sweeps.reading import END
@@ -30,11 +29,6 @@ def critical_of(dataset: xr.Dataset) -> list[str]:
 def finite(value: Item) -> Item | None:
     """A value as JSON has it: None in place of a number that is none."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
-    """The word of confidence of each law of a quantity, in the order of the labels."""
-    return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
 
 
 def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:

@@ -1,13 +1,12 @@
 """Points with colours in few bytes, for a screen: frames of one run, as its pages draw them.
 
-A packed view is compressed by gzip and holds, little-endian: the length of a text (uint32), the text, which is JSON,
+A packed view holds, little-endian: the length of a text (uint32), the text, which is JSON,
 and then for all frames one after the other ``position`` (components, n) of 16 bits in the box from ``low`` to ``high``
 (m), ``body`` (n,) of 8 bits, and the fields (fields, n) of 8 bits between their own ``low`` and ``high``, in which
 ``UNKNOWN`` is a value that is not known. The last component of a position is the one along the line of flight, and
 grows in the direction in which a projectile flies.
 """
 
-import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -55,11 +54,6 @@ class View:
     mirrored: bool  # whether the other side of the axis is the mirror image
     frames: tuple[FrameOfPoints, ...]
     note: str  # what was left out, and what a point stands for
-
-
-def compressed(view: View) -> bytes:
-    """A packed view as it is sent."""
-    return gzip.compress(packed(view), 6, mtime=0)
 
 
 def packed(view: View) -> bytes:

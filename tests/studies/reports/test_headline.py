@@ -13,9 +13,8 @@ import xarray as xr
 
 import whipple
 from studies import laws as laws_of
-from studies.reports.sections import search
 from studies.reports.sections.search import FoundLimit, FoundLimits
-from studies.reports.wording import MOST_WORDS
+from studies.reports.wording import MOST_WORDS, text_template, worded
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
@@ -176,7 +175,8 @@ def test_headline__says_a_published_range_of_an_unknown_alloy_and_the_law_that_r
 )
 def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
     found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
-    assert search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
+    record = FoundLimits("speed", "perforated", "m s-1", tuple(found))
+    assert worded(text_template("search.txt"), search=record) == said
 
 
 # The quantity that opens the report of each example.
