@@ -1,6 +1,6 @@
 """Pictures of runs and of their set-up: which runs a report shows, and what each picture says.
 
-:func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
+:func:`part_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
 that ``studies.reports.drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their
 colours, so that runs compare.
 """
@@ -25,6 +25,7 @@ from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed
 from studies.quantities.parameters import Value, declared
 from studies.quantities.units import readable
 from studies.reports.picture import Frame, Length, Picture, rounded_up
+from studies.reports.section import Part, Source
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
 from studies.sections.radiograph import AREAL_DENSITY, Radiograph
@@ -78,8 +79,9 @@ class Shown:
     sign: float  # -1 where the line of flight points up
 
 
-def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
-    """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
+def part_of(source: Source) -> Part:
+    """Pictures of the runs of a cube, from the files of their sections."""
+    dataset, files = source.dataset, source.files
     setup, finest, count = setup_of(dataset), _finest(dataset), dataset.run_state.size
     chosen = spread(range(count) if count <= MOST_RUNS else finest, MOST_RUNS)
     shown = [_shown(dataset, number, files, setup.outline.upward if setup else 1.0) for number in chosen]
@@ -98,7 +100,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
         )
         for run in shown
     )
-    return Pictures(setup, runs, count - len(runs))
+    return Part(Pictures(setup, runs, count - len(runs)))
 
 
 def picture_of_end(sections: Sections, lengths: Mapping[str, float], *, diameter: float, sign: float) -> Picture | None:
