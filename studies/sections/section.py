@@ -210,38 +210,28 @@ class SectionRecorder:
             "density": (particles.density, nothing),
             "speed": (np.linalg.norm(particles.velocity, axis=1), np.linalg.norm(departed.velocity[late], axis=1)),
         }
-        number = np.concatenate([particles.number[shown], departed.number[late]])
-        order = np.argsort(number)
-        position = np.concatenate([particles.position[shown], out[late]])
+        order = np.argsort(np.concatenate([particles.number[shown], departed.number[late]]))
         inside = [
             (index, np.searchsorted(snapshot.body, index) + nodes, weights)
             for index, (nodes, weights) in self._fillings
         ]
+
+        def joined(on_grid: np.ndarray, away: np.ndarray, filling: Callable[..., np.ndarray]) -> np.ndarray:
+            """What particles on the grid and away from it have, in the order of their numbers, and points inside."""
+            own = np.concatenate([on_grid[shown], away])[order]
+            return np.concatenate([own, *(filling(*each) for each in inside)])
+
         return Section(
             time=snapshot.time,
             moment=moment,
-            position=np.concatenate(
-                [
-                    position[:, self.axes][order],
-                    *(
-                        np.einsum("pn,pnx->px", weights, particles.position[nodes][..., self.axes])
-                        for _, nodes, weights in inside
-                    ),
-                ]
+            position=joined(
+                particles.position[:, self.axes],
+                out[late][:, self.axes],
+                lambda _, nodes, weights: np.einsum("pn,pnx->px", weights, particles.position[nodes][..., self.axes]),
             ),
-            body=np.concatenate(
-                [
-                    np.concatenate([snapshot.body[shown], departed.body[late]])[order],
-                    *(np.full(len(nodes), index) for index, nodes, _ in inside),
-                ]
-            ),
+            body=joined(snapshot.body, departed.body[late], lambda index, nodes, _: np.full(len(nodes), index)),
             fields={
-                name: np.concatenate(
-                    [
-                        np.concatenate([values[shown], more])[order],
-                        *((weights * values[nodes]).sum(axis=1) for _, nodes, weights in inside),
-                    ]
-                )
+                name: joined(values, more, lambda _, nodes, weights, of=values: (weights * of[nodes]).sum(axis=1))
                 for name, (values, more) in fields.items()
             },
         )
