@@ -217,19 +217,14 @@ def test_cube__is_printed_from_its_main_results_on(written: xr.Dataset) -> None:
 
 
 @pytest.mark.claim("cube", "cube-reads")
-def test_cube__has_short_labels_and_every_definition(written: xr.Dataset) -> None:
-    """Labels have at most 40 characters, and no definition of a quantity or parameter is lost."""
+def test_cube__has_short_labels_every_definition_and_its_coordinates(written: xr.Dataset) -> None:
+    """Labels have at most 40 characters, no definition is lost, and fixed parameters and times are coordinates."""
     assert max(len(array.attrs["long_name"]) for array in written.variables.values()) <= LONGEST_LABEL == 40
     vocabulary = json.loads(written.attrs["vocabulary"])
     kept = {str(each.attrs.get("comment") or each.attrs["long_name"]) for each in written.values()}
     assert {meaning for _, meaning in vocabulary["quantities"].values()} <= kept
     for name, (_, _, meaning) in vocabulary["parameters"].items():
         assert name not in written or meaning in written[name].attrs.values(), name
-
-
-@pytest.mark.claim("cube", "cube-reads")
-def test_cube__has_fixed_parameters_and_times_as_coordinates(written: xr.Dataset) -> None:
-    """Fixed parameters are scalar coordinates, and histories have times."""
     for name in json.loads(written.attrs["sweep"])["fixed"]:
         assert name in written.coords
         assert not written[name].dims
