@@ -16,6 +16,8 @@ import numpy as np
 
 from studies.quantities.display import display_alone
 from studies.quantities.parameters import Plain
+from studies.sections.radiograph import AREAL_DENSITY
+from studies.sections.section import UNITS
 
 MOST_BYTES = 8 << 20  # of the arrays of a view, before compression
 MOST_FRAMES = 60  # more than a slider of 300 pixels can tell apart are left out, evenly
@@ -23,16 +25,7 @@ STEPS, LEVELS, UNKNOWN = 65535, 254, 255
 # Share of the values (and of the places) beyond each end of the colours (and of the window): single particles that
 # have run away set neither.
 STRAY = 0.005
-UNITS = {
-    "speed": "m s-1",
-    "pressure": "Pa",
-    "temperature": "K",
-    "plastic_strain": "1",
-    "damage": "1",
-    "density": "kg m-3",
-    "areal_density": "kg m-2",
-}
-LOGARITHMIC = frozenset({"areal_density"})  # thin matter beside a plate that is seen edge on
+LOGARITHMIC = frozenset({AREAL_DENSITY})  # thin matter beside a plate that is seen edge on
 
 
 @dataclass(frozen=True)

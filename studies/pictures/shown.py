@@ -29,7 +29,7 @@ from studies.reports.section import Part, Source
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
 from studies.sections.radiograph import AREAL_DENSITY, Radiograph
-from studies.sections.section import END, FIELDS, Section, Sections, read_sections
+from studies.sections.section import END, FIELDS, UNITS, Section, Sections, read_sections
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
@@ -39,15 +39,6 @@ MOST_RUNS = 30  # thumbnails; beyond, runs of the finest resolution, evenly
 MOST_FULL = 4  # runs in full size
 MOST_DEBRIS = 2  # states before the end
 
-# Unit of each field's numbers for people, and its factor from SI.
-SHOWN = {
-    "plastic_strain": ("", 1.0),
-    "temperature": ("K", 1.0),
-    "pressure": ("GPa", 1e-9),
-    "density": ("kg/m³", 1.0),
-    "speed": ("km/s", 1e-3),
-    AREAL_DENSITY: ("kg/m²", 1.0),
-}
 THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
 
 # Measured lengths that a picture shows: across the axis, or along it from the original surface or the wall.
@@ -210,9 +201,8 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 
 def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]) -> Picture:
     lengths = run.lengths if kind == "end" else {}
-    unit, factor = SHOWN[field]
-    label = words(field)
-    low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
+    display, label = display_of(UNITS[field]), words(field)
+    low, high = (digits(float(f"{limit * display.factor:.6g}")) for limit in limits)
     measured = "; ".join(
         f"{words(name)} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
     )
@@ -220,8 +210,9 @@ def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, 
     if field == AREAL_DENSITY:
         scene = "Radiograph of the end, seen from the side"
     where = f", {run.title}" if run.title else ""
-    alt = f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
-        f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else ""
+    alt = (
+        f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {display.unit}".rstrip()
+        + (f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else "")
     )
     return Picture(
         kind=kind,
@@ -229,8 +220,8 @@ def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, 
         time=section.time,
         field=field,
         label=label,
-        unit=unit,
-        factor=factor,
+        unit=display.unit,
+        factor=display.factor,
         limits=limits,
         frame=frame,
         middle=_middle(run),

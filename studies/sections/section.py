@@ -30,7 +30,7 @@ from solver.problem import Body, Face, Problem
 from solver.problem.geometry import impact_axis
 from solver.state import Snapshot, X, Z
 from studies.quantities.files import write_atomically
-from studies.sections.radiograph import Radiograph, radiograph
+from studies.sections.radiograph import AREAL_DENSITY, Radiograph, radiograph
 
 # Particles of a section at most: as many as a picture has pixels.
 MOST = 200_000
@@ -47,6 +47,11 @@ FIELDS: Mapping[str, float] = {
     "pressure": 1e9,  # GPa
     "density": 1.0,  # kg/m3
     "speed": 1.0,  # m/s
+}
+# SI units of what pictures and views show.
+UNITS: Mapping[str, str] = {
+    **{"plastic_strain": "1", "temperature": "K", "pressure": "Pa", "density": "kg m-3", "speed": "m s-1"},
+    **{"damage": "1", AREAL_DENSITY: "kg m-2"},
 }
 
 
