@@ -313,12 +313,12 @@ CONVERGED_UNCERTAINTY = _converged(
     "mesh part is among them",
     "error bar",
 )
-_PART = "part of the uncertainty:"
 MESH_PART = _converged(
-    "mesh", "_uncertainty_mesh", f"{_PART} error of the mesh; NaN where the grids show no order", "mesh part"
+    "mesh",
+    "_uncertainty_mesh",
+    "part of the uncertainty: error of the mesh; NaN where the grids show no order",
+    "mesh part",
 )
-_SCATTER = f"{_PART} scatter of the mean over sub-cell offsets at the finest resolution"
-_READING = f"{_PART} parts that the measurement states besides the resolution"
 _of_verdict = partial(Variable, dims=POINTS, group="refinement")
 VERDICT = _of_verdict(
     "{quantity}_converged_verdict",
@@ -329,18 +329,28 @@ VERDICT = _of_verdict(
     label="{words}, verdict",
 )
 VERDICT_REASON = _of_verdict(
-    *("{quantity}_converged_reason", "why this verdict", lambda point: point.reason),
-    kind="text",
-    label="{words}, reason",
+    "{quantity}_converged_reason", "why this verdict", lambda point: point.reason, kind="text", label="{words}, reason"
 )
 OF_CONVERGENCE = (
     *(CONVERGED, CONVERGED_UNCERTAINTY, MESH_PART),
-    _converged("offsets", "_uncertainty_offsets", _SCATTER, "offset part"),
-    _converged("measurement", "_uncertainty_measurement", _READING, "reading"),
+    _converged(
+        "offsets",
+        "_uncertainty_offsets",
+        "part of the uncertainty: scatter of the mean over sub-cell offsets at the finest resolution",
+        "offset part",
+    ),
+    _converged(
+        "measurement",
+        "_uncertainty_measurement",
+        "part of the uncertainty: parts that the measurement states besides the resolution",
+        "reading",
+    ),
     _converged("order", "_order", "observed order of convergence of {quantity}, where converging", "order", "1"),
     _converged(
-        *("extrapolated", "_extrapolated"),
-        *("Richardson's value of {quantity} at cells of no size, where converging", "Richardson"),
+        "extrapolated",
+        "_extrapolated",
+        "Richardson's value of {quantity} at cells of no size, where converging",
+        "Richardson",
     ),
     _converged("gci", "_gci", "grid convergence index of the finest resolution, over its value", "GCI", "1"),
     VERDICT,
