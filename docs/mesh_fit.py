@@ -7,7 +7,7 @@ of the bias, maximum likelihood, groups that are left out, and the domain.
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cache
 
 import numpy as np
@@ -378,7 +378,7 @@ def main() -> None:
         }
         print(quantity, about, experience or "unknown", flush=True)
         if experience is not None:
-            known[quantity] = {**experience.as_json(), "tested": about}
+            known[quantity] = {**asdict(experience), "tested": about}
     STORED.write_text(json.dumps({"physics": PHYSICS_VERSION, "quantities": known}, indent=1) + "\n", encoding="utf-8")
 
 

@@ -7,6 +7,7 @@ import typer
 
 from service.cli.commands import LOCAL, Commands
 from service.cli.options import folder_of
+from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
 from studies.sweeps.document import no_such_file
 
@@ -37,11 +38,11 @@ def export(
     csv: Annotated[Path | None, typer.Option(help="Table of the runs of the cube, with every column.")] = None,
 ) -> None:
     """Convert film and final state of a run to VTK files or a moving picture, or a cube to Zarr and CSV."""
-    from studies.cubes.exports import export_csv, export_zarr
+    from studies.cubes.exports import export_zarr, runs_csv
     from studies.cubes.opening import whole_cube
     from studies.films.animation import animate
-    from studies.films.exports import export_vtk, files_of
     from studies.films.film_dataset import open_film
+    from studies.films.vtk import export_vtk, files_of
 
     if not (vtk or movie or zarr or csv):
         cure = "name what is to be written, for example --vtk out"
@@ -54,5 +55,5 @@ def export(
     if zarr or csv:
         cube = whole_cube(source)
         written += [export_zarr(cube, zarr)] if zarr else []
-        written += [export_csv(cube, csv)] if csv else []
+        written += [write_text(csv, runs_csv(cube, every_column=True))] if csv else []
     print("open " + ", ".join(map(str, written)))

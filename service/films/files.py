@@ -1,5 +1,6 @@
 """Files that a child process makes of what a run kept: VTK, moving pictures, and what pages draw."""
 
+import gzip
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def _vtk(inputs: FileInputs, file: Path) -> None:
-    from studies.films.exports import export_vtk
+    from studies.films.vtk import export_vtk
     from studies.quantities.files import zipped
 
     zipped(lambda folder: export_vtk(sources_of(inputs), folder), file)
@@ -34,12 +35,12 @@ def _view(inputs: FileInputs, file: Path) -> None:
 
 
 def packed_view(view: str, source: Path, run: "RunSpec") -> bytes:
-    """A view of a run from one of its files, packed and compressed."""
+    """A view of a run from one of its files, packed and compressed by gzip."""
     from studies.films import views
-    from studies.films.packed import compressed
+    from studies.films.packed import packed
     from studies.runs.run import Run
 
-    return compressed(getattr(views, view)(Run.from_json(run), source))
+    return gzip.compress(packed(getattr(views, view)(Run.from_json(run), source)), 6, mtime=0)
 
 
 MAKERS: Mapping[str, Maker] = {"vtk.zip": _vtk, "gif": _film, **{f"{view}.view": _view for view in VIEWS}}

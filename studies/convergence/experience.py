@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TypedDict
+
+from pydantic import TypeAdapter
 
 from solver import PHYSICS_VERSION
 from studies.quantities.measured import BY_ONE_GRID, MESH, OF_MESH, Measured, numerical_parts
@@ -152,16 +153,6 @@ def scale_terms(grid: MeshGrid) -> dict[str, float]:
     return {"always": 1.0, "through": grid.through**-THROUGH_ORDER, "across": grid.across**-ACROSS_ORDER}
 
 
-class PlainExperience(TypedDict):
-    """An ``Experience`` as JSON has it; an infinite end is None."""
-
-    bias: Mapping[str, float]
-    scale: Mapping[str, float]
-    in_space: float | None
-    independent: bool
-    domain: Mapping[str, Sequence[float | None]]
-
-
 @dataclass(frozen=True)
 class Experience:
     """Model and domain of the mesh error of a quantity."""
@@ -169,21 +160,8 @@ class Experience:
     model: MeshModel
     domain: Domain
 
-    @staticmethod
-    def from_json(plain: "PlainExperience") -> "Experience":
-        """The experience that ``as_json`` wrote."""
-        domain = {name: (_end(low), _end(high)) for name, (low, high) in plain["domain"].items()}
-        model = MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"])
-        return Experience(model, Domain(**domain))
 
-    def as_json(self) -> "PlainExperience":
-        """As plain objects."""
-        ends = {name: [None if math.isinf(end) else end for end in pair] for name, pair in vars(self.domain).items()}
-        return {**vars(self.model), "domain": ends}  # type: ignore[typeddict-item]
-
-
-def _end(plain: float | None) -> float:
-    return math.inf if plain is None else float(plain)
+EXPERIENCES = TypeAdapter(dict[str, Experience])  # by quantity, as ``STORED`` has them
 
 
 @cache
@@ -192,7 +170,7 @@ def stored() -> Mapping[str, Experience]:
     plain = json.loads(STORED.read_text(encoding="utf-8"))
     if plain["physics"] != PHYSICS_VERSION:
         return {}
-    return {name: Experience.from_json(one) for name, one in plain["quantities"].items()}
+    return EXPERIENCES.validate_python(plain["quantities"])
 
 
 def mesh_error(grid: MeshGrid | None) -> MeshError | None:

@@ -21,9 +21,6 @@ class AuditNumber:
     share: bool = False  # people read it in per cent
     limit: float | None = None  # beyond it, on either side of zero, a run is marked
     shown: bool = True  # in the report
-    # Of a feature's number: the number here that it follows, none at the end; its place from 1 among those that do.
-    after: str = ""
-    place: int = 0
 
     @property
     def variable(self) -> Variable:
@@ -95,12 +92,9 @@ AUDIT = (
 
 @cache
 def audit_numbers() -> tuple[AuditNumber, ...]:
-    """Every number of the audit, those of features behind the ones that they follow, or at the end."""
-    places = {number.name: place for place, number in enumerate(AUDIT)}
+    """Every number of the audit, those of features at the end."""
     offered: list[AuditNumber] = [*entries(__name__, "AUDIT").values()]
-    return tuple(
-        sorted(offered, key=lambda number: (places.get(number.after or number.name, len(places)), number.place))
-    )
+    return tuple(sorted(offered, key=lambda number: AUDIT.index(number) if number in AUDIT else len(AUDIT)))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from studies.cubes import points, reading
 from studies.cubes import variables as declared
 from studies.cubes.groups import as_tree
 from studies.cubes.long_texts import short_texts
-from studies.quantities.files import write_text, zipped
+from studies.quantities.files import zipped
 from studies.quantities.findings import MissingExtra
 
 RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.RUN_REASON, declared.FLAGS_OF_RUN)
@@ -94,8 +94,3 @@ def export_zarr(dataset: xr.Dataset, out: Path) -> Path:
         return zipped(lambda folder: tree.to_zarr(folder, zarr_format=2, consolidated=True), out)
     tree.to_zarr(out, mode="w", zarr_format=2, consolidated=True)
     return out
-
-
-def export_csv(dataset: xr.Dataset, out: Path) -> Path:
-    """Write the runs of a cube as a table with every column."""
-    return write_text(out, runs_csv(dataset, every_column=True))

@@ -1,6 +1,7 @@
 """Long texts of a cube, the decks of its runs, by name and digest where people read."""
 
 import hashlib
+import json
 from collections.abc import Mapping
 
 import xarray as xr
@@ -37,14 +38,8 @@ def shortened(text: str) -> str:
 
 def with_short_texts(plain: Plain, short: Mapping[str, str]) -> Plain:
     """Plain objects with the short forms, in keys, values and the middle of sentences."""
-    if not short:
-        return plain
-    if isinstance(plain, str):
-        for text, form in short.items():
-            plain = plain.replace(text, form)
-        return plain
-    if isinstance(plain, Mapping):
-        return {str(with_short_texts(k, short)): with_short_texts(v, short) for k, v in plain.items()}
-    if isinstance(plain, list | tuple):
-        return [with_short_texts(item, short) for item in plain]
-    return plain
+    text = json.dumps(plain)
+    for long, form in short.items():
+        text = text.replace(json.dumps(long)[1:-1], json.dumps(form)[1:-1])
+    whole: Plain = json.loads(text)
+    return whole

@@ -166,10 +166,10 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
 
 def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
     """A quantity of each point of a refined cube, in the order of its points."""
-    by_point = _flat(simulated(dataset, name), dataset)
-    several = RESOLUTION in refinements_of(dataset)
-    cells = dataset[RESOLUTION] if several else xr.DataArray(1.0)  # one alone has no name
-    spacings = _flat((1.0 / cells).broadcast_like(dataset.run_state), dataset)
+    shape = -1, math.prod(dataset.sizes[axis] for axis in refinements_of(dataset))
+    by_point = simulated_values(dataset, name).reshape(shape)
+    several = RESOLUTION in refinements_of(dataset)  # one alone has no name
+    spacings = 1.0 / by_run(dataset, RESOLUTION).reshape(shape) if several else np.ones(by_point.shape)
     columns = [variable.of(dataset, name).values.ravel() for variable in cubes.OF_CONVERGENCE]
     rows = zip(*columns, strict=True)
     for number, (sizes, values, row) in enumerate(zip(spacings, by_point, rows, strict=True)):
@@ -187,46 +187,39 @@ def verdicts_of(dataset: xr.Dataset, name: str) -> xr.DataArray:
 
 def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.Variable:
     """Flags of the points: of the finest runs, and of the finest with a value of one of the names, at any offset."""
-    dims = list(dataset.run_state.dims)
-    raised = reading.by_run(dataset, flags.variable)
-    across = tuple(dims.index(name) for name in (OFFSET,) if name in dims)
-    raised = np.bitwise_or.reduce(raised, across, keepdims=True) if across else raised
-    if RESOLUTION in dims:
-        along = dims.index(RESOLUTION)
-        runs, last = raised, raised.shape[along] - 1
-        raised = runs.take([last], along)
-        for name in names:
-            valued = np.isfinite(simulated_values(dataset, name)).any(across, keepdims=True)
-            coarser = np.flip(valued, along).argmax(along, keepdims=True)  # by so many
-            raised = raised | np.take_along_axis(runs, last - coarser, along)
-        across = (*across, along)
-    kept = [str(name) for name in dims if name not in (OFFSET, RESOLUTION)]
-    return xr.Variable(kept, raised.squeeze(across), flags.attrs)
+    raised = np.bitwise_or.reduce(_finest_first(dataset, reading.by_run(dataset, flags.variable)), -1)
+    of_points = raised[..., 0]
+    for name in names:
+        valued = np.isfinite(_finest_first(dataset, simulated_values(dataset, name))).any(-1)
+        finest = np.take_along_axis(raised, valued.argmax(-1, keepdims=True), -1)
+        of_points = of_points | finest[..., 0]
+    return xr.Variable(_point_dims(dataset), of_points, flags.attrs)
 
 
 def _model_part(dataset: xr.Dataset, name: str) -> dict[str, xr.Variable]:
     """The model part of each point, with its reason and shares: that of the finest run with a value, at any offset."""
-    dims = list(dataset.run_state.dims)
-    across = [axis for axis in (RESOLUTION, OFFSET) if axis in dims]
-    kept, sizes = [str(axis) for axis in dims if axis not in across], [dataset.sizes[axis] for axis in across]
 
     def by_point(values: np.ndarray) -> np.ndarray:
-        """(..., runs of a point), the finest first."""
-        moved = np.moveaxis(values, [dims.index(axis) for axis in across], range(-len(across), 0))
-        finest = np.flip(moved, -len(across)) if RESOLUTION in across else moved
-        return finest.reshape(*finest.shape[: len(kept)], math.prod(sizes))
+        """(points..., runs of a point), the finest first."""
+        by_grid = _finest_first(dataset, values)
+        return by_grid.reshape(*by_grid.shape[:-2], -1)
 
     first = np.isfinite(by_point(simulated_values(dataset, name))).argmax(-1, keepdims=True)
     chosen = {}
     for part in (part for part in dataset.data_vars if str(part).startswith(cubes.MODEL_PART.named(name))):
         stored = dataset.variables[part]
         values = np.take_along_axis(by_point(reading.by_run(dataset, stored)), first, -1)[..., 0]
-        chosen[str(part)] = xr.Variable(kept, values, stored.attrs)
+        chosen[str(part)] = xr.Variable(_point_dims(dataset), values, stored.attrs)
     return chosen
 
 
-def _flat(array: xr.DataArray, dataset: xr.Dataset) -> np.ndarray:
-    """A variable of the runs as (points, runs of a point)."""
-    point_dims = len(dataset.run_state.dims) - len(refinements_of(dataset))
-    values = array.transpose(*dataset.run_state.dims).values
-    return values.reshape(int(np.prod(values.shape[:point_dims])), -1)
+def _point_dims(dataset: xr.Dataset) -> list[str]:
+    """The dimensions of the runs before those of their refinements."""
+    refinements = refinements_of(dataset)
+    return [str(name) for name in dataset.run_state.dims if name not in refinements]
+
+
+def _finest_first(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
+    """Values of the runs as (points..., resolutions, offsets), the finest resolution first."""
+    sizes = [dataset.sizes[name] if name in refinements_of(dataset) else 1 for name in (RESOLUTION, OFFSET)]
+    return np.flip(values.reshape(*values.shape[: len(_point_dims(dataset))], *sizes), -2)

@@ -8,10 +8,10 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
-from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
+from studies.cubes.variables import FLAGS, FLAGS_OF_RUN, LAW_LABEL, RUN_ID, STOP_REASON
 from studies.laws import critical
-from studies.quantities.measured import ERROR_UNKNOWN
+from studies.quantities.measured import ERROR_UNKNOWN, STILL_GROWING
+from studies.sweeps.reading import END
 
 Item = TypeVar("Item")
 
@@ -29,11 +29,6 @@ def critical_of(dataset: xr.Dataset) -> list[str]:
 def finite(value: Item) -> Item | None:
     """A value as JSON has it: None in place of a number that is none."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
-    """The word of confidence of each law of a quantity, in the order of the labels."""
-    return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
 
 
 def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:
@@ -69,6 +64,14 @@ def doubts_at(dataset: xr.Dataset, quantity: str) -> list[tuple[str, ...]]:
     """The flags that doubt a quantity at each cell, in words: its own, then those of the run."""
     words = flag_words(doubts(FLAGS.of(dataset, quantity))), flag_words(FLAGS_OF_RUN.of(dataset))
     return [(*own, *of_run) for own, of_run in zip(*words, strict=True)]
+
+
+def still_growing(dataset: xr.Dataset) -> set[str]:
+    """The ids of the runs that ended at their latest end with a quantity that was still growing."""
+    ended = STOP_REASON.of(dataset).values.ravel() == END
+    flags = [flag_words(FLAGS.of(dataset, name)) for name in quantities_of(dataset)]
+    growing = np.array([any(STILL_GROWING in words for words in of_run) for of_run in zip(*flags, strict=True)], bool)
+    return {str(id) for id in RUN_ID.of(dataset).values.ravel()[ended & growing]}
 
 
 def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:

@@ -11,6 +11,7 @@ parameter from its scenario, and neither needs an edit here.
 
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 
 from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, ROOT, RUNS, Variable, VariableKind, variable_name
@@ -292,88 +293,69 @@ DEFINITION_PART = Variable(
 
 # ---- of a quantity at a point: a record is its convergence ---------------------------------------
 
-_converged = partial(Variable, dims=POINTS, unit="{unit}", group="refinement")
-_pure = partial(_converged, unit="1")
+
+def _converged(of: str, name: str, meaning: str, label: str, unit: str = "{unit}") -> Variable:
+    """The variable of a number of a convergence, which has it as its attribute ``of``."""
+    name, label = f"{{quantity}}_converged{name}", f"{{words}}, {label}"
+    return Variable(name, meaning, attrgetter(of), POINTS, unit, label=label, group="refinement")
+
 
 CONVERGED = _converged(
-    "{quantity}_converged",
+    "value",
+    "",
     "{quantity} over all resolutions and offsets: the mean over offsets at the finest resolution that has a value",
-    lambda point: point.value,
-    label="{words}, converged",
+    "converged",
 )
 CONVERGED_UNCERTAINTY = _converged(
-    "{quantity}_converged_uncertainty",
+    "uncertainty",
+    "_uncertainty",
     "uncertainty of {quantity}_converged, root of the sum of the squares of its known parts: an error bar where the "
     "mesh part is among them",
-    lambda point: point.uncertainty,
-    label="{words}, error bar",
+    "error bar",
 )
 MESH_PART = _converged(
-    "{quantity}_converged_uncertainty_mesh",
+    "mesh",
+    "_uncertainty_mesh",
     "part of the uncertainty: error of the mesh; NaN where the grids show no order",
-    lambda point: point.mesh,
-    label="{words}, mesh part",
+    "mesh part",
 )
-OFFSETS_PART = _converged(
-    "{quantity}_converged_uncertainty_offsets",
-    "part of the uncertainty: scatter of the mean over sub-cell offsets at the finest resolution",
-    lambda point: point.offsets,
-    label="{words}, offset part",
-)
-MEASUREMENT_PART = _converged(
-    "{quantity}_converged_uncertainty_measurement",
-    "part of the uncertainty: parts that the measurement states besides the resolution",
-    lambda point: point.measurement,
-    label="{words}, reading",
-)
-ORDER = _pure(
-    "{quantity}_converged_order",
-    "observed order of convergence of {quantity}, where converging",
-    lambda point: point.order,
-    label="{words}, order",
-)
-EXTRAPOLATED = _converged(
-    "{quantity}_converged_extrapolated",
-    "Richardson's value of {quantity} at cells of no size, where converging",
-    lambda point: point.extrapolated,
-    label="{words}, Richardson",
-)
-GCI = _pure(
-    "{quantity}_converged_gci",
-    "grid convergence index of the finest resolution, over its value",
-    lambda point: point.gci,
-    label="{words}, GCI",
-)
-VERDICT = Variable(
+_of_verdict = partial(Variable, dims=POINTS, group="refinement")
+VERDICT = _of_verdict(
     "{quantity}_converged_verdict",
     "convergence verdict of {quantity}",
     lambda point: VERDICT_WORDS[VERDICTS.index(point.verdict)],
-    POINTS,
     kind="flag",
     meanings=VERDICT_WORDS,
     label="{words}, verdict",
-    group="refinement",
 )
-VERDICT_REASON = Variable(
-    "{quantity}_converged_reason",
-    "why this verdict",
-    lambda point: point.reason,
-    POINTS,
-    kind="text",
-    label="{words}, reason",
-    group="refinement",
+VERDICT_REASON = _of_verdict(
+    "{quantity}_converged_reason", "why this verdict", lambda point: point.reason, kind="text", label="{words}, reason"
 )
-NUMBERS_OF_CONVERGENCE = (
-    CONVERGED,
-    CONVERGED_UNCERTAINTY,
-    MESH_PART,
-    OFFSETS_PART,
-    MEASUREMENT_PART,
-    ORDER,
-    EXTRAPOLATED,
-    GCI,
+OF_CONVERGENCE = (
+    *(CONVERGED, CONVERGED_UNCERTAINTY, MESH_PART),
+    _converged(
+        "offsets",
+        "_uncertainty_offsets",
+        "part of the uncertainty: scatter of the mean over sub-cell offsets at the finest resolution",
+        "offset part",
+    ),
+    _converged(
+        "measurement",
+        "_uncertainty_measurement",
+        "part of the uncertainty: parts that the measurement states besides the resolution",
+        "reading",
+    ),
+    _converged("order", "_order", "observed order of convergence of {quantity}, where converging", "order", "1"),
+    _converged(
+        "extrapolated",
+        "_extrapolated",
+        "Richardson's value of {quantity} at cells of no size, where converging",
+        "Richardson",
+    ),
+    _converged("gci", "_gci", "grid convergence index of the finest resolution, over its value", "GCI", "1"),
+    VERDICT,
+    VERDICT_REASON,
 )
-OF_CONVERGENCE = (*NUMBERS_OF_CONVERGENCE, VERDICT, VERDICT_REASON)
 
 
 # ---- of a length over the diameter of the projectile: a record is the ratio ----------------------
@@ -516,40 +498,37 @@ OBSERVED_BOUNDS = tuple(
     )
     for place, bound in enumerate(("lower", "upper"))
 )
-OBSERVED_LAW_LABEL = Variable(
-    OBSERVED_LAW,
-    "law and variant, of those stated for an observed shot",
-    lambda choice: choice.label,
-    (OBSERVED_LAW,),
-    kind="text",
-    label="law and variant of a shot",
-    group="observations",
-)
 _of_observed_law = partial(replace, dims=(OBSERVED_LAW,), group="observations")
 OBSERVED_LAW_TITLE = _of_observed_law(LAW_TITLE, name="{quantity}_observed_law_title")
 OBSERVED_LAW_CONFIDENCE = _of_observed_law(LAW_CONFIDENCE, name="{quantity}_observed_law_confidence")
-_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW), group="observations")
-BY_LAW_AT_OBSERVATION = _at_observation(
-    BY_LAW,
-    name="{quantity}_by_law_at_observation",
-    meaning="{quantity} by published laws for each shot",
-    label="{words}, law at shot",
+OF_OBSERVED_LAWS = (
+    _of_observed_law(
+        LAW_LABEL,
+        name=OBSERVED_LAW,
+        meaning="law and variant, of those stated for an observed shot",
+        label="law and variant of a shot",
+    ),
+    OBSERVED_LAW_TITLE,
+    OBSERVED_LAW_CONFIDENCE,
 )
-BY_LAW_AT_OBSERVATION_IN_RANGE = _at_observation(BY_LAW_IN_RANGE, name="{quantity}_by_law_at_observation_in_range")
-BY_LAW_AT_OBSERVATION_STATUS = _at_observation(
-    BY_LAW_STATUS,
-    name="{quantity}_by_law_at_observation_range_status",
-    meaning="how the answer for each shot stands to the range of the law",
-    label="{words}, shot range status",
-)
-BY_LAW_AT_OBSERVATION_REASON = _at_observation(
-    BY_LAW_REASON,
-    name="{quantity}_by_law_at_observation_reason",
-    meaning="why the law is outside its range, or has no answer, for each shot",
-    label="{words}, shot reason",
-)
-OF_OBSERVED_LAWS = (OBSERVED_LAW_LABEL, OBSERVED_LAW_TITLE, OBSERVED_LAW_CONFIDENCE)
-OF_ANSWERS_AT_OBSERVATIONS = (
-    *(BY_LAW_AT_OBSERVATION, BY_LAW_AT_OBSERVATION_IN_RANGE),
-    *(BY_LAW_AT_OBSERVATION_STATUS, BY_LAW_AT_OBSERVATION_REASON),
+OF_ANSWERS_AT_OBSERVATIONS = tuple(
+    replace(
+        answer,
+        name=answer.name.replace("by_law", "by_law_at_observation"),
+        meaning=meaning or answer.meaning,
+        label=f"{{words}}, {label}",
+        dims=(OBSERVATION, OBSERVED_LAW),
+        group="observations",
+    )
+    for answer, meaning, label in zip(
+        OF_ANSWERS,
+        (
+            "{quantity} by published laws for each shot",
+            "",
+            "how the answer for each shot stands to the range of the law",
+            "why the law is outside its range, or has no answer, for each shot",
+        ),
+        ("law at shot", "in range", "shot range status", "shot reason"),
+        strict=True,
+    )
 )

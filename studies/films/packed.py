@@ -1,13 +1,12 @@
 """Points with colours in few bytes, for a screen: frames of one run, as its pages draw them.
 
-A packed view is compressed by gzip and holds, little-endian: the length of a text (uint32), the text, which is JSON,
+A packed view holds, little-endian: the length of a text (uint32), the text, which is JSON,
 and then for all frames one after the other ``position`` (components, n) of 16 bits in the box from ``low`` to ``high``
 (m), ``body`` (n,) of 8 bits, and the fields (fields, n) of 8 bits between their own ``low`` and ``high``, in which
 ``UNKNOWN`` is a value that is not known. The last component of a position is the one along the line of flight, and
 grows in the direction in which a projectile flies.
 """
 
-import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -17,6 +16,8 @@ import numpy as np
 
 from studies.quantities.display import display_alone
 from studies.quantities.parameters import Plain
+from studies.sections.radiograph import AREAL_DENSITY
+from studies.sections.section import UNITS
 
 MOST_BYTES = 8 << 20  # of the arrays of a view, before compression
 MOST_FRAMES = 60  # more than a slider of 300 pixels can tell apart are left out, evenly
@@ -24,16 +25,7 @@ STEPS, LEVELS, UNKNOWN = 65535, 254, 255
 # Share of the values (and of the places) beyond each end of the colours (and of the window): single particles that
 # have run away set neither.
 STRAY = 0.005
-UNITS = {
-    "speed": "m s-1",
-    "pressure": "Pa",
-    "temperature": "K",
-    "plastic_strain": "1",
-    "damage": "1",
-    "density": "kg m-3",
-    "areal_density": "kg m-2",
-}
-LOGARITHMIC = frozenset({"areal_density"})  # thin matter beside a plate that is seen edge on
+LOGARITHMIC = frozenset({AREAL_DENSITY})  # thin matter beside a plate that is seen edge on
 
 
 @dataclass(frozen=True)
@@ -55,11 +47,6 @@ class View:
     mirrored: bool  # whether the other side of the axis is the mirror image
     frames: tuple[FrameOfPoints, ...]
     note: str  # what was left out, and what a point stands for
-
-
-def compressed(view: View) -> bytes:
-    """A packed view as it is sent."""
-    return gzip.compress(packed(view), 6, mtime=0)
 
 
 def packed(view: View) -> bytes:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from studies.cubes.growing import still_growing
 from studies.cubes.opening import whole_cube
+from studies.cubes.reading import still_growing
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import Value
 from studies.quantities.units import round_quantity

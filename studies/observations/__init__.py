@@ -90,11 +90,6 @@ def text(name: str) -> str:
     return files(__package__).joinpath(f"{name}.csv").read_text(encoding="utf-8")
 
 
-def is_name(raw: object) -> bool:
-    """Whether a sweep names a table, and does not bring one: a text of a single line without a comma."""
-    return isinstance(raw, str) and bool(raw.strip()) and not set("\n,") & set(raw.strip())
-
-
 def written(value: Value, unit: str | None) -> Value:
     """A value as a person writes it: a quantity with its unit, everything else unchanged."""
     if unit is None or unit == "1" or value is None:
@@ -119,7 +114,8 @@ def read_observations(raw: object, allowed: AllowedNames, path: str = "observati
 
     Raises InvalidInput with an error for each column that is refused, and the rows.
     """
-    if isinstance(raw, str) and is_name(raw):
+    # A single line without a comma is a name.
+    if isinstance(raw, str) and raw.strip() and not set("\n,") & set(raw.strip()):
         raw = text(raw.strip())
     rows = rows_of(raw, path, COLUMNS)
     if not rows:

@@ -2,15 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from studies.quantities.parameters import Plain
 from studies.reports.picture import Picture
-from studies.reports.section import Files, Part, Section, Source, Words
+from studies.reports.section import Section, when_called
 from studies.scenarios.parts.outline import Outline
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -44,33 +39,15 @@ class Pictures:
     left_out: int
 
 
-def _part(source: Source) -> Part | None:
-    from studies.pictures.shown import pictures_of
-
-    return Part(pictures_of(source.dataset, source.files))
-
-
-def _words(report: Mapping[str, Plain], files: Files) -> Words:
-    from studies.pictures.page import words
-
-    return words(report, files)
-
-
-def _cover(report: Mapping[str, Plain], files: Files) -> "tuple[str, Markup, Markup] | None":
-    from studies.pictures.page import cover
-
-    return cover(report, files)
-
-
 SECTION = Section(
     "pictures",
     "Pictures",
     70,
     Pictures,
-    _part,
+    when_called("studies.pictures.shown:part_of"),
     template="studies.pictures:page.html",
     beside="studies.pictures:beside.html",
     appendix="studies.pictures:appendix.html",
-    words=_words,
-    cover=_cover,
+    words=when_called("studies.pictures.page:words"),
+    cover=when_called("studies.pictures.page:cover"),
 )

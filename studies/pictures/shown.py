@@ -1,6 +1,6 @@
 """Pictures of runs and of their set-up: which runs a report shows, and what each picture says.
 
-:func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
+:func:`part_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
 that ``studies.reports.drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their
 colours, so that runs compare.
 """
@@ -25,10 +25,11 @@ from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed
 from studies.quantities.parameters import Value, declared
 from studies.quantities.units import readable
 from studies.reports.picture import Frame, Length, Picture, rounded_up
+from studies.reports.section import Part, Source
 from studies.reports.view import spread, title_of
 from studies.reports.wording import words
 from studies.sections.radiograph import AREAL_DENSITY, Radiograph
-from studies.sections.section import END, FIELDS, Section, Sections, read_sections
+from studies.sections.section import END, FIELDS, UNITS, Section, Sections, read_sections
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
@@ -38,15 +39,6 @@ MOST_RUNS = 30  # thumbnails; beyond, runs of the finest resolution, evenly
 MOST_FULL = 4  # runs in full size
 MOST_DEBRIS = 2  # states before the end
 
-# Unit of each field's numbers for people, and its factor from SI.
-SHOWN = {
-    "plastic_strain": ("", 1.0),
-    "temperature": ("K", 1.0),
-    "pressure": ("GPa", 1e-9),
-    "density": ("kg/m³", 1.0),
-    "speed": ("km/s", 1e-3),
-    AREAL_DENSITY: ("kg/m²", 1.0),
-}
 THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
 
 # Measured lengths that a picture shows: across the axis, or along it from the original surface or the wall.
@@ -78,8 +70,9 @@ class Shown:
     sign: float  # -1 where the line of flight points up
 
 
-def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
-    """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
+def part_of(source: Source) -> Part:
+    """Pictures of the runs of a cube, from the files of their sections."""
+    dataset, files = source.dataset, source.files
     setup, finest, count = setup_of(dataset), _finest(dataset), dataset.run_state.size
     chosen = spread(range(count) if count <= MOST_RUNS else finest, MOST_RUNS)
     shown = [_shown(dataset, number, files, setup.outline.upward if setup else 1.0) for number in chosen]
@@ -98,7 +91,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
         )
         for run in shown
     )
-    return Pictures(setup, runs, count - len(runs))
+    return Part(Pictures(setup, runs, count - len(runs)))
 
 
 def picture_of_end(sections: Sections, lengths: Mapping[str, float], *, diameter: float, sign: float) -> Picture | None:
@@ -208,9 +201,8 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 
 def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]) -> Picture:
     lengths = run.lengths if kind == "end" else {}
-    unit, factor = SHOWN[field]
-    label = words(field)
-    low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
+    display, label = display_of(UNITS[field]), words(field)
+    low, high = (digits(float(f"{limit * display.factor:.6g}")) for limit in limits)
     measured = "; ".join(
         f"{words(name)} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
     )
@@ -218,8 +210,9 @@ def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, 
     if field == AREAL_DENSITY:
         scene = "Radiograph of the end, seen from the side"
     where = f", {run.title}" if run.title else ""
-    alt = f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
-        f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else ""
+    alt = (
+        f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {display.unit}".rstrip()
+        + (f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else "")
     )
     return Picture(
         kind=kind,
@@ -227,8 +220,8 @@ def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, 
         time=section.time,
         field=field,
         label=label,
-        unit=unit,
-        factor=factor,
+        unit=display.unit,
+        factor=display.factor,
         limits=limits,
         frame=frame,
         middle=_middle(run),

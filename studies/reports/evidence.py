@@ -134,7 +134,8 @@ def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = 
     labels = [str(label) for label in cubes.LAW_LABEL.of(points, quantity).values]
     scatters = dict(zip(labels, map(float, cubes.LAW_SCATTER.of(points, quantity).values), strict=True))
     ranges = dict(zip(labels, _ranges(points, quantity), strict=True))
-    known_titles, known = titles.of(points, quantity).values, reading.confidences_of(points, quantity, confidences)
+    known_titles = titles.of(points, quantity).values
+    known = [str(text).removeprefix(cubes.EQUATION) for text in confidences.of(points, quantity).values]
     for number, label in enumerate(map(str, found[str(found.dims[-1])].values)):
         values, is_inside = found.values[..., number].ravel(), ranged.values[..., number].ravel() == 1
         texts, met = why.values[..., number].ravel(), is_inside & np.isfinite(values)

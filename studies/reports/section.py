@@ -2,13 +2,14 @@
 
 A section of the spine is a file of :mod:`studies.reports.sections`; a feature offers its own through the entry-point
 group ``whipple.studies.reports.sections``. Modules with sections import nothing heavy: what computes a part does so
-where it is called, so that the types of a report's document are known without datasets.
+where it is called, so that the types of a report's document are known without datasets (``when_called``).
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from solver.registry import entries
 from studies.quantities.parameters import Plain
@@ -71,6 +72,11 @@ class Section:
     words: Callable[[Mapping[str, Plain], Files], Words] | None = None
     # What the picture of the cover shows, the picture, and a small one; None where there is none.
     cover: "Callable[[Mapping[str, Plain], Files], tuple[str, Markup, Markup] | None] | None" = None
+
+
+def when_called(place: str) -> Callable[..., Any]:
+    """The function at "module:name", whose module is imported at its first call."""
+    return lambda *arguments: resolve_name(place)(*arguments)
 
 
 def sections() -> tuple[Section, ...]:

@@ -47,8 +47,7 @@ from studies.runs.run import Run
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
-from studies.sections.section import SectionRecorder
-from studies.sections.watched import Watched
+from studies.sections.section import SectionRecorder, Watched
 
 # Flagged, not failed. The hottest 0.1 % of the particles of resolved perforations hold 1 to 6 % of the internal energy
 # at the end (case ``energy``); half of it means that single particles have run away.

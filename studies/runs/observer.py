@@ -20,8 +20,7 @@ from studies.quantities.measured import CLOSED_ON_AXIS, STILL_COMING, Measured
 from studies.quantities.parameters import flat
 from studies.runs.results import Progress, as_measured
 from studies.scenarios import Scenario, Setting, SetUp
-from studies.sections.section import SectionRecorder
-from studies.sections.watched import Watched
+from studies.sections.section import SectionRecorder, Watched
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
 LEAST_SHARE = 0.02

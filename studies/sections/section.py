@@ -15,7 +15,9 @@ thinned, evenly. Elements are shown by points inside their faces in the plane, a
 """
 
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
@@ -28,13 +30,15 @@ from solver.problem import Body, Face, Problem
 from solver.problem.geometry import impact_axis
 from solver.state import Snapshot, X, Z
 from studies.quantities.files import write_atomically
-from studies.sections.radiograph import Radiograph, radiograph
+from studies.sections.radiograph import AREAL_DENSITY, Radiograph, radiograph
 
 # Particles of a section at most: as many as a picture has pixels.
 MOST = 200_000
 END = -1  # in place of a moment
 STEPS = 65535  # of a position in its box
 HALF = 65504.0  # the largest number of half precision
+# Of the last section of a running run: s after the begin, s between two, and the largest share of the time of the run.
+FIRST, AGAIN, SHARE = 5.0, 15.0, 0.01
 
 # Unit of each stored field in SI: half precision ends at 65504, and has a part in two thousand.
 FIELDS: Mapping[str, float] = {
@@ -43,6 +47,11 @@ FIELDS: Mapping[str, float] = {
     "pressure": 1e9,  # GPa
     "density": 1.0,  # kg/m3
     "speed": 1.0,  # m/s
+}
+# SI units of what pictures and views show.
+UNITS: Mapping[str, str] = {
+    **{"plastic_strain": "1", "temperature": "K", "pressure": "Pa", "density": "kg m-3", "speed": "m s-1"},
+    **{"damage": "1", AREAL_DENSITY: "kg m-2"},
 }
 
 
@@ -206,41 +215,51 @@ class SectionRecorder:
             "density": (particles.density, nothing),
             "speed": (np.linalg.norm(particles.velocity, axis=1), np.linalg.norm(departed.velocity[late], axis=1)),
         }
-        number = np.concatenate([particles.number[shown], departed.number[late]])
-        order = np.argsort(number)
-        position = np.concatenate([particles.position[shown], out[late]])
+        order = np.argsort(np.concatenate([particles.number[shown], departed.number[late]]))
         inside = [
             (index, np.searchsorted(snapshot.body, index) + nodes, weights)
             for index, (nodes, weights) in self._fillings
         ]
+
+        def joined(on_grid: np.ndarray, away: np.ndarray, filling: Callable[..., np.ndarray]) -> np.ndarray:
+            """What particles on the grid and away from it have, in the order of their numbers, and points inside."""
+            own = np.concatenate([on_grid[shown], away])[order]
+            return np.concatenate([own, *(filling(*each) for each in inside)])
+
         return Section(
             time=snapshot.time,
             moment=moment,
-            position=np.concatenate(
-                [
-                    position[:, self.axes][order],
-                    *(
-                        np.einsum("pn,pnx->px", weights, particles.position[nodes][..., self.axes])
-                        for _, nodes, weights in inside
-                    ),
-                ]
+            position=joined(
+                particles.position[:, self.axes],
+                out[late][:, self.axes],
+                lambda _, nodes, weights: np.einsum("pn,pnx->px", weights, particles.position[nodes][..., self.axes]),
             ),
-            body=np.concatenate(
-                [
-                    np.concatenate([snapshot.body[shown], departed.body[late]])[order],
-                    *(np.full(len(nodes), index) for index, nodes, _ in inside),
-                ]
-            ),
+            body=joined(snapshot.body, departed.body[late], lambda index, nodes, _: np.full(len(nodes), index)),
             fields={
-                name: np.concatenate(
-                    [
-                        np.concatenate([values[shown], more])[order],
-                        *((weights * values[nodes]).sum(axis=1) for _, nodes, weights in inside),
-                    ]
-                )
+                name: joined(values, more, lambda _, nodes, weights, of=values: (weights * of[nodes]).sum(axis=1))
                 for name, (values, more) in fields.items()
             },
         )
+
+
+class Watched:
+    """Keeps the last section of a running run for its page; what that took decides when the next one is due."""
+
+    def __init__(self, file: Path, clock: Callable[[], float] = time.perf_counter):
+        self._file, self._clock = file, clock
+        self._due = clock() + FIRST
+        self.spent = 0.0  # s
+
+    def see(self, sections: SectionRecorder, snapshot: Snapshot) -> None:
+        """Keep the section of a state if it is due; without effect where there is no space."""
+        begin = self._clock()
+        if begin < self._due:
+            return
+        with suppress(OSError):
+            sections.save_now(snapshot, self._file)
+        took = self._clock() - begin
+        self.spent += took
+        self._due = begin + took + max(AGAIN, took / SHARE)
 
 
 def read_sections(path: Path) -> Sections:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from studies.cubes.growing import still_growing
+from studies.cubes.reading import still_growing
 from studies.cubes.variable import variable_name
 from studies.fits.calibration.design import names_of_axes
 from studies.fits.calibration.shots import SIZES

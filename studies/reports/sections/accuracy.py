@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from studies.reports.records import Place
-from studies.reports.section import Part, Section, Source
+from studies.reports.section import Section, when_called
 
 
 @dataclass(frozen=True)
@@ -90,27 +90,19 @@ class Models:
     parts: tuple[ModelPart, ...]
 
 
-def _convergence(source: Source) -> Part | None:
-    from studies.reports.sections._accuracy import convergence_of
-
-    return convergence_of(source)
-
-
-def _models(source: Source) -> Part | None:
-    from studies.reports.sections._accuracy import models_of
-
-    return models_of(source)
-
-
 SECTION = (
     Section(
         "convergence",
         "Accuracy",
         50,
         Convergence,
-        _convergence,
+        when_called("studies.reports.sections._accuracy:convergence_of"),
         "sections/convergence.html",
         appendix="sections/convergence_appendix.html",
     ),
-    Section("models", "Uncertainty of the models", 60, Models, _models, appendix="sections/models_appendix.html"),
+    Section(
+        *("models", "Uncertainty of the models", 60, Models),
+        when_called("studies.reports.sections._accuracy:models_of"),
+        appendix="sections/models_appendix.html",
+    ),
 )

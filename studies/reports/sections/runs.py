@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from studies.reports.records import Place
-from studies.reports.section import Part, Section, Source
+from studies.reports.section import Section, when_called
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,5 @@ class Runs:
     audit: tuple[Audited, ...]
 
 
-def _part(source: Source) -> Part | None:
-    from studies.reports.sections._runs import runs_of
-
-    return runs_of(source)
-
-
-SECTION = Section("runs", "Runs", 110, Runs, _part, appendix="sections/runs_appendix.html")
+PART = when_called("studies.reports.sections._runs:runs_of")
+SECTION = Section("runs", "Runs", 110, Runs, PART, appendix="sections/runs_appendix.html")

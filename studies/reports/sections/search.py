@@ -54,12 +54,7 @@ def _part(source: Source) -> Part | None:
         for place in range(dataset.sizes[limits.SEARCH])
     )
     record = FoundLimits(str(about["axis"]), str(about["limit_of"]), str(about["units"]), tuple(found))
-    return Part(record, opening=headline(record))
-
-
-def headline(search: FoundLimits) -> str:
-    """The limits in words."""
-    return worded(text_template("search.txt"), search=search)
+    return Part(record, opening=worded(text_template("search.txt"), search=record))
 
 
 APPENDIX = "sections/search_appendix.html"

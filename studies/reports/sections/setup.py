@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pydantic import JsonValue
 
-from studies.reports.section import Part, Section, Source
+from studies.reports.section import Section, when_called
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,5 @@ class SetUp:
     materials: tuple[MaterialUsed, ...]
 
 
-def _part(source: Source) -> Part | None:
-    from studies.reports.sections._runs import setup_of
-
-    return setup_of(source)
-
-
-SECTION = Section("setup", "Set-up", 40, SetUp, _part, "sections/setup.html", "", "sections/setup_appendix.html")
+PART = when_called("studies.reports.sections._runs:setup_of")
+SECTION = Section("setup", "Set-up", 40, SetUp, PART, "sections/setup.html", "", "sections/setup_appendix.html")

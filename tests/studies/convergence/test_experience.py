@@ -53,6 +53,7 @@ def test_mesh_error__is_a_bias_and_a_scale_that_fall_with_the_cells() -> None:
     finer = mesh_error(GRID.refined(40.0))
     assert finer is not None
     assert finer.bias == pytest.approx(1.0 / 100.0 + 0.2 / 40.0)
+    assert mesh_error(GRID.refined(400.0)) is not None  # finer than any of the ensemble
     in_space = mesh_error(replace(GRID, in_space=True))
     assert in_space is not None
     assert in_space.scale == 2.0 * error.scale
@@ -72,10 +73,6 @@ def test_mesh_error__is_unknown_outside_of_its_domain(changes: dict[str, float],
     outside = replace(GRID, **changes)  # type: ignore[arg-type]
     assert mesh_error(outside) is None
     assert why in why_unknown(outside)
-
-
-def test_mesh_error__is_known_on_finer_grids_than_any_of_the_ensemble() -> None:
-    assert mesh_error(GRID.refined(400.0)) is not None
 
 
 def test_stored_experience__counts_for_one_version_of_the_physics(monkeypatch: pytest.MonkeyPatch) -> None:

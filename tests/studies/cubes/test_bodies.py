@@ -91,7 +91,7 @@ def test_sweep_over_methods__is_the_hand_made_table(tmp_path: Path, compared: Ca
             compared(row)
     report = reported(dataset)
     for number, (contact, method) in enumerate((("gap", "mpm"), ("repulsion", "sph"), ("repulsion", "sph-fem"))):
-        run = report["runs"][number]
+        run = report["runs"]["runs"][number]
         got = (run["state"], run["at"]["method"], str(dataset.contact.values[number]))
         compared(equal(f"run {number}", expected=("succeeded", method, contact), got=got))
     compared(equal("methods set beside", expected="mpm", got=report["methods"]["first"]))

@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 
 from studies import laws
-from studies.cubes import audit, cube
+from studies.cubes import cube
 from studies.cubes.exports import runs_csv
 from studies.cubes.groups import as_tree
-from studies.cubes.growing import still_growing
 from studies.cubes.opening import open_tree, whole_cube
+from studies.cubes.reading import still_growing
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
@@ -36,12 +36,6 @@ WORDS = sweep_of(
     Axis("speed", "m s-1", (5e3, 3e3)),
     fixed={"plate_thickness": 2e-3},
 )
-
-
-def test_audit__has_a_number_that_follows_none_at_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = audit.AuditNumber("aardvarks", "1", "a number of another distribution")
-    monkeypatch.setattr(audit, "entries", lambda *_: {number.name: number for number in (own, *audit.AUDIT)})
-    assert audit.audit_numbers.__wrapped__() == (*audit.AUDIT, own)
 
 
 def holes() -> xr.Dataset:
@@ -119,13 +113,6 @@ def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouch
     )
 
 
-def test_flags__are_bits_with_meanings() -> None:
-    flags = holes().hole_diameter_flags
-    bit = dict(zip(flags.flag_meanings.split(), np.atleast_1d(flags.flag_masks), strict=True))
-    assert int(flags.sel(speed=3e3, plate_thickness=2e-3)) == bit["not_perforated"]
-    assert int(flags.sel(speed=7e3, plate_thickness=2e-3)) == 0
-
-
 def test_laws__answer_as_themselves_with_range_and_reason() -> None:
     dataset = holes()
     for point in fakes.holes().runs():
@@ -142,15 +129,6 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 speeds = [float(cell[f"hole_diameter_law_speed_{bound}"]) for bound in ("lower", "upper")]
                 np.testing.assert_equal(speeds, law.range.bounds(laws.SPEED))
                 assert cell.hole_diameter_by_law_reason.item() == laws.in_words(answer.reasons)
-
-
-def test_shots__of_which_one_is_published_as_a_range_have_its_bounds() -> None:
-    of_range = replace(fakes.SHOTS[0], value=None, uncertainty=None, bounds=(12e-3, 14e-3))
-    dataset = fakes.cube_of(fakes.holes(), observations=(fakes.SHOTS[1], of_range))
-    np.testing.assert_array_equal(dataset.hole_diameter_observed_lower, [math.nan, 12e-3])
-    np.testing.assert_array_equal(dataset.hole_diameter_observed_upper, [math.nan, 14e-3])
-    without = fakes.cube_of(fakes.holes(), observations=fakes.SHOTS)
-    assert not {"hole_diameter_observed_lower", "hole_diameter_observed_upper"} & {*without.variables}
 
 
 def test_still_growing__are_runs_at_their_latest_end_of_which_one_quantity_had_not_settled() -> None:
@@ -239,19 +217,14 @@ def test_cube__is_printed_from_its_main_results_on(written: xr.Dataset) -> None:
 
 
 @pytest.mark.claim("cube", "cube-reads")
-def test_cube__has_short_labels_and_every_definition(written: xr.Dataset) -> None:
-    """Labels have at most 40 characters, and no definition of a quantity or parameter is lost."""
+def test_cube__has_short_labels_every_definition_and_its_coordinates(written: xr.Dataset) -> None:
+    """Labels have at most 40 characters, no definition is lost, and fixed parameters and times are coordinates."""
     assert max(len(array.attrs["long_name"]) for array in written.variables.values()) <= LONGEST_LABEL == 40
     vocabulary = json.loads(written.attrs["vocabulary"])
     kept = {str(each.attrs.get("comment") or each.attrs["long_name"]) for each in written.values()}
     assert {meaning for _, meaning in vocabulary["quantities"].values()} <= kept
     for name, (_, _, meaning) in vocabulary["parameters"].items():
         assert name not in written or meaning in written[name].attrs.values(), name
-
-
-@pytest.mark.claim("cube", "cube-reads")
-def test_cube__has_fixed_parameters_and_times_as_coordinates(written: xr.Dataset) -> None:
-    """Fixed parameters are scalar coordinates, and histories have times."""
     for name in json.loads(written.attrs["sweep"])["fixed"]:
         assert name in written.coords
         assert not written[name].dims

@@ -1,6 +1,5 @@
 """Results of a sweep whose runs had other ids when they were computed."""
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -35,20 +34,12 @@ def result(id: str, speed: float) -> RunResult:
     return RunResult(id, "succeeded", measurements={"perforated": perforated})
 
 
-def grid() -> tuple[Sweep, list[dict[str, Any]]]:
-    sweep = Sweep.parse(GRID)
-    return sweep, [dict(point.coordinates) for point in sweep.runs()]
-
-
-def search() -> tuple[Sweep, list[dict[str, Any]]]:
-    return Sweep.parse(SEARCH), [{"speed": speed} for speed in SPEEDS]
-
-
-@pytest.mark.parametrize("asked", [grid, pytest.param(search, marks=needs("plugging"))])
-def test_older_results__are_those_of_the_points_with_the_same_coordinates(
-    asked: Callable[[], tuple[Sweep, list[dict[str, Any]]]],
-) -> None:
-    sweep, coordinates = asked()
+@pytest.mark.parametrize("document", [GRID, pytest.param(SEARCH, marks=needs("plugging"))])
+def test_older_results__are_those_of_the_points_with_the_same_coordinates(document: dict[str, Any]) -> None:
+    sweep = Sweep.parse(document)
+    coordinates: list[dict[str, Any]] = [{"speed": speed} for speed in SPEEDS]
+    if not sweep.search:
+        coordinates = [dict(point.coordinates) for point in sweep.runs()]
     places = [(at, f"older {number}") for number, at in enumerate(coordinates)]
     results = {id: result(id, float(at["speed"])) for at, id in places}
     present = by_present_ids(sweep, results, places)
@@ -57,10 +48,5 @@ def test_older_results__are_those_of_the_points_with_the_same_coordinates(
     assert sorted(ids.values()) == sorted(results)
     if not sweep.search:
         assert ids == {point.run.id: places[number][1] for number, point in enumerate(sweep.runs())}
-
-
-def test_older_results__leave_a_point_without_one_empty() -> None:
-    sweep, coordinates = grid()
-    places = [(at, f"older {number}") for number, at in enumerate(coordinates)]
-    first = {"older 0": result("older 0", 3000.0)}
-    assert len(by_present_ids(sweep, first, places)) == 2
+        first = {id: each for id, each in results.items() if id == "older 0"}
+        assert len(by_present_ids(sweep, first, places)) == 2  # the others stay empty

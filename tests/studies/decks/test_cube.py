@@ -38,7 +38,7 @@ def test_sweep_over_decks__is_the_hand_made_table(tmp_path: Path, compared: Call
         }
         for row in table(expected, starts(dataset, kind)):
             compared(row)
-    states = [run["state"] for run in reported(dataset)["runs"]]
+    states = [run["state"] for run in reported(dataset)["runs"]["runs"]]
     compared(equal("states in the report", expected=["succeeded"] * 2, got=states))
 
 

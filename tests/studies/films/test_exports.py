@@ -14,8 +14,7 @@ import zarr
 import whipple
 from solver.state import Departed, Particles
 from studies.cubes import cube
-from studies.films.exports import export_vtk, files_of
-from studies.films.vtk import UNITS
+from studies.films.vtk import UNITS, export_vtk, files_of
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from tests.claims.rows import equal

@@ -38,21 +38,6 @@ def read(path: Path) -> dict[str, np.ndarray]:
         return dict(file)
 
 
-def broken_off(run: Run, folder: Path) -> Path:
-    """A run that left; its checkpoint."""
-    checkpoint = folder / "checkpoint.npz"
-    with pytest.raises(Interrupted):
-        execute(
-            run,
-            folder,
-            threads=1,
-            checkpoint=checkpoint,
-            control=RunControl(must_stop=after(2 * BROKEN_OFF_AFTER)),
-            film=True,
-        )
-    return checkpoint
-
-
 def small_problem() -> Problem:
     return observer_of(asked("elastic_bar")).setting.problem
 
@@ -86,7 +71,9 @@ def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(who
 
 
 def test_resume__gives_the_film_of_a_run_that_never_stopped(run: Run, whole: dict[str, Any], tmp_path: Path) -> None:
-    checkpoint = broken_off(run, tmp_path)
+    checkpoint, leaving = tmp_path / "checkpoint.npz", RunControl(must_stop=after(2 * BROKEN_OFF_AFTER))
+    with pytest.raises(Interrupted):
+        execute(run, tmp_path, threads=1, checkpoint=checkpoint, control=leaving, film=True)
     execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
     resumed = read(tmp_path / "film.npz")
     assert resumed.keys() == whole.keys()

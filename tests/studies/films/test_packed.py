@@ -1,26 +1,14 @@
 """Packed views: what a page draws is what a run has, in bounded bytes."""
 
-import gzip
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from studies.films import views
-from studies.films.packed import (
-    LEVELS,
-    MOST_BYTES,
-    MOST_FRAMES,
-    STEPS,
-    UNKNOWN,
-    FrameOfPoints,
-    View,
-    compressed,
-    packed,
-)
+from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed
 from studies.runs.remeasure import load_state
 from tests.samples import needs
 from tests.studies.runs.solved import asked, solved
@@ -51,10 +39,9 @@ def view_of(count: int, frames: int = 1, note: str = "") -> View:
     return View(("projectile", "target"), (1e-3, 1e-3), mirrored=True, frames=tuple(points), note=note)
 
 
-def test_packed__is_what_went_in(tmp_path: Path) -> None:
+def test_packed__is_what_went_in() -> None:
     view = view_of(500, frames=3)
-    (tmp_path / "view.gz").write_bytes(compressed(view))
-    text, position, body, levels = unpacked(gzip.decompress((tmp_path / "view.gz").read_bytes()))
+    text, position, body, levels = unpacked(packed(view))
     assert (text["counts"], text["times"]) == ([500] * 3, [0.0, 1e-6, 2e-6])
     assert position == pytest.approx(np.concatenate([frame.position for frame in view.frames]).T, abs=1.0 / STEPS)
     assert body.tolist() == [0, 1] * 750

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from studies.observations import Observation, read_observations
-from studies.quantities.findings import MOST_FINDINGS, InvalidInput
+from studies.quantities.findings import InvalidInput
 from studies.quantities.texts import decoded, strictly_decoded
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import vocabulary
@@ -230,13 +230,6 @@ def test_refusals__are_one_for_each_column_with_its_first_rows() -> None:
     with pytest.raises(InvalidInput) as caught:
         read_observations([{"speed": "fast", "hole_diameter": "1 mm", "source": "x"}] * 2, HOLES)
     assert [finding.field for finding in caught.value.findings] == ["observations[0] (and [1]): speed"]
-
-
-def test_refusals__of_a_document_are_at_most_twenty() -> None:
-    document = {"scenario": "thin_plate", "fixed": {f"spede{number}": 1 for number in range(300)}, "axes": {}}
-    with pytest.raises(InvalidInput) as caught:
-        Sweep.parse(document)
-    assert len(caught.value.findings) == MOST_FINDINGS == 20
 
 
 # ---- doors ---------------------------------------------------------------------------------------

@@ -61,15 +61,6 @@ def test_picture__says_what_was_measured_and_when(report: Reported) -> None:
     assert end["time"] == state.time
 
 
-def test_colours__of_the_end_are_those_of_the_plate_and_not_of_debris() -> None:
-    sections = read_sections(solved("thin_plate") / "sections.npz")
-    run = pictures.Shown(0, "", sections, "", {}, 8e-3, 1.0)
-    before = pictures._limits([run], "end")
-    for state in sections.states:
-        state.fields["plastic_strain"][state.body == 0] = 1e3
-    assert pictures._limits([run], "end") == before
-
-
 def test_picture__that_is_missing_leaves_its_reason(report: Reported) -> None:
     document, html = report
     torn, absent = (document["pictures"]["runs"][number]["missing"] for number in (1, 2))

@@ -31,6 +31,9 @@ def test_cover__has_the_headline_and_the_drawings_of_the_first_screen(tmp_path: 
     words = " ".join(ET.fromstring(drawing(file, FIGURE[0])).itertext())
     assert "speed (km/s)" in words
     assert "simulation" in words
+    file.write_bytes(file.read_bytes()[:100])
+    with pytest.raises(ValueError, match="damaged"):
+        read_cover(file)
 
 
 def test_thumbnail__is_small_and_has_no_words(tmp_path: Path) -> None:
@@ -40,10 +43,3 @@ def test_thumbnail__is_small_and_has_no_words(tmp_path: Path) -> None:
         assert (b"<image" in thumbnail) is (len(speeds) == 1)
         titles = [each.tag for each in ET.fromstring(thumbnail).iter() if each.tag.endswith("title")]
         assert not titles
-
-
-def test_cover__that_is_damaged_is_refused(tmp_path: Path) -> None:
-    file = cover_of(tmp_path, SPEEDS[:1])
-    file.write_bytes(file.read_bytes()[:100])
-    with pytest.raises(ValueError, match="damaged"):
-        read_cover(file)

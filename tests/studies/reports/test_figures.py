@@ -46,10 +46,6 @@ def series_of(figure: Figure, panel: int = 0, **wanted: str) -> list[Series]:
     ]
 
 
-def bands(figure: Figure) -> list[Series]:
-    return series_of(figure, label=ERROR_BAR)
-
-
 # --- simulation, laws and observations ------------------------------------------------------------
 
 
@@ -134,7 +130,7 @@ def test_law__is_called_within_the_bars_where_it_is_drawn_inside_of_them_and_now
 # --- convergence ----------------------------------------------------------------------------------
 
 
-def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> None:
+def test_convergence__shows_runs_levels_error_bars_and_extrapolates_only_what_converges() -> None:
     dataset = fakes.cube_of(REFINED)
     figure = drawn(dataset, "convergence")
     assert [panel.at["speed"] for panel in figure.panels] == list(fakes.SPEEDS)
@@ -147,41 +143,28 @@ def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> No
         np.testing.assert_allclose(np.array(level.uncertainty, float), runs.std("offset", ddof=1).values)
         (dots,) = series_of(figure, number, kind="run")
         assert sorted(np.array(dots.y, float)) == sorted(runs.values.ravel())
-        (band,) = bands(replace(figure, panels=(panel,)))
+        (band,) = series_of(figure, number, label=ERROR_BAR)
         value, bar = cell.hole_diameter_converged, cell.hole_diameter_converged_uncertainty
         assert band.low[0] == pytest.approx(float(value - bar))
-
-
-def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() -> None:
-    dataset = fakes.cube_of(REFINED)
-    figure = drawn(dataset, "convergence")
-    for number, panel in enumerate(figure.panels):
-        limits = series_of(figure, number, kind="limit")
-        trends = series_of(figure, number, kind="trend")
-        converging = fakes.VERDICTS[float(panel.at["speed"])] == "converging"
-        assert panel.note.startswith(fakes.VERDICTS[float(panel.at["speed"])])
-        assert (len(limits), len(trends)) == (converging, converging)
-        if converging:
-            cell = dataset.sel(panel.at)
+        verdict = fakes.VERDICTS[float(panel.at["speed"])]
+        assert panel.note.startswith(verdict)
+        limits, trends = (series_of(figure, number, kind=kind) for kind in ("limit", "trend"))
+        assert len(limits) == len(trends) == (verdict == "converging")
+        for limit, trend in zip(limits, trends, strict=True):
             end = float(cell.hole_diameter_converged_extrapolated)
-            assert (limits[0].x, limits[0].y) == ((0.0,), (end,))
-            assert trends[0].y[0] == pytest.approx(end)
+            assert (limit.x, limit.y) == ((0.0,), (end,))
+            assert trend.y[0] == pytest.approx(end)
 
 
 # ---- files ---------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a cube with several figures."""
-    folder = tmp_path_factory.mktemp("cube")
-    cube.write(fakes.cube_of(PLAIN, observations=fakes.SHOTS), folder / "cube.nc")
-    return folder
-
-
-def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
+def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(tmp_path: Path) -> None:
+    folder = cube.write(fakes.cube_of(PLAIN, observations=fakes.SHOTS), tmp_path / "cube.nc").parent
     every = report.report_of(whole_cube(folder)).head.figures
-    files = draw_figures(folder, tmp_path, "svg")
+    out = tmp_path / "figures"
+    out.mkdir()
+    files = draw_figures(folder, out, "svg")
     assert [file.name for file in files] == [f"{figure.name}.svg" for figure in every]
     for figure, file in zip(every, files, strict=True):
         # Matplotlib writes each text beside its outlines, as a comment.

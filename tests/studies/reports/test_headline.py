@@ -13,17 +13,12 @@ import xarray as xr
 
 import whipple
 from studies import laws as laws_of
-from studies.cubes import cube
-from studies.reports.sections import search
 from studies.reports.sections.search import FoundLimit, FoundLimits
-from studies.reports.wording import MOST_WORDS
-from studies.runs.results import RunResult
+from studies.reports.wording import MOST_WORDS, text_template, worded
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
-from studies.sweeps.sweep import Sweep
 from tests.claims.rows import at_most, equal
-from tests.samples import needs
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
@@ -83,6 +78,7 @@ def exact(name: str, factor: float = 1.0, **changes: Any) -> Any:
     return law(name, lambda speed, thickness: factor, **changes)
 
 
+THICKER = fakes.observed(6e3, 2.15e-3, 30e-3)
 FLAG: dict[str, Any] = {"flags": ("under_resolved",)}
 FLAGGED = dict.fromkeys(range(99), FLAG)
 # Of 8 mm in 2 mm: 16 mm times 0.4^0.6 at 2 km/s, times 1.4^0.6 at 7 km/s.
@@ -133,6 +129,9 @@ OPENINGS: list[tuple[str, dict[str, Any]]] = [
         {"shots": (shot(1.3, "second-hand"),)},
     ),
     (f"{FINE}. {NEAREST} 2 shots measured: computed −23 to +25 %.", {"shots": (shot(1.3), shot(0.8, speed=6e3))}),
+    # Between the runs of 4 and 5 km/s; and in a plate that is a little thicker, with which nothing is compared.
+    (f"{FINE}. {NEAREST} One shot measured 19.5 mm: computed −23 %, Hill −27 %.", {"shots": (shot(1.3, speed=4.5e3),)}),
+    (f"{FINE}. {NEAREST} 1 of 2 shots measured: computed −23 %.", {"shots": (shot(1.3), THICKER)}),
     (f"{FINE}. {NO_SHOT}", {"laws": [exact("h", confidence="memory")]}),
     (f"{FINE}. {NO_SHOT}", {"laws": [], "shots": (shot(1.3, speed=9e3),)}),
 ]
@@ -170,39 +169,6 @@ def test_headline__says_a_published_range_of_an_unknown_alloy_and_the_law_that_r
     )
 
 
-BARS_TABLE = """speed [m/s];bar_length [mm];bar_diameter [mm];final_length [mm];mushroom_diameter [mm];source
-190;25,4;7,62;16,2;;shot 1
-150;25,4;7,62;19,2;12,1;shot 2
-"""
-
-
-@needs("taylor_bar")
-@pytest.mark.parametrize(
-    ("shots", "expected"),
-    [
-        ("", "Final length 19.0, 16.5 mm at 0.15, 0.19 km/s (mesh error unknown)."),
-        (BARS_TABLE, "shots measured: computed"),
-    ],
-)
-def test_headline__of_bars_has_own_shots(shots: str, expected: str) -> None:
-    """A Taylor sweep opens with its lengths and the shots that it brought."""
-    document = {
-        "scenario": "taylor_bar",
-        "fixed": {"bar": "copper-ofhc", "bar_length": "25.4 mm", "bar_diameter": "7.62 mm"},
-        "axes": {"speed": ["150 m/s", "190 m/s"]},
-        "resolution": 8,
-        **({"observations": shots} if shots else {}),
-    }
-    sweep = Sweep.parse(document)
-    sizes = {150.0: (0.019, 0.012), 190.0: (0.0165, 0.0135)}
-    results = {}
-    for point in sweep.runs():
-        measured = [fakes.measured(size) for size in sizes[point.run.parameters["speed"]]]  # type: ignore[index]
-        named = dict(zip(("final_length", "mushroom_diameter"), measured, strict=True))
-        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=named)
-    assert expected in fakes.document_of(cube.build(sweep, results))["headline"].replace("\u202f", " ")
-
-
 @pytest.mark.parametrize(
     ("limits", "said"),
     [
@@ -213,7 +179,8 @@ def test_headline__of_bars_has_own_shots(shots: str, expected: str) -> None:
 )
 def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
     found = (FoundLimit({}, limit, 180.0, 186.0, 5, "bracketed", "") for limit in limits)
-    assert search.headline(FoundLimits("speed", "perforated", "m s-1", tuple(found))) == said
+    record = FoundLimits("speed", "perforated", "m s-1", tuple(found))
+    assert worded(text_template("search.txt"), search=record) == said
 
 
 # The quantity that opens the report of each example.

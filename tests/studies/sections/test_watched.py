@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from studies.sections.section import SectionRecorder
-from studies.sections.watched import Watched
+import pytest
+
+from studies.sections.section import SectionRecorder, Watched
 
 MOST = 0.02  # share of the time of a run
 
@@ -19,24 +20,15 @@ class Sections(SectionRecorder):
         self.clock[0] += self.seconds
 
 
-def written(seconds: float, lasting: float, tmp_path: Path) -> tuple[list[float], float]:
-    """When sections that take so many seconds are written, of a run that is observed each second; and the share."""
+@pytest.mark.parametrize("seconds", [0.05, 1.0, 5.0])
+def test_section__is_renewed_a_few_times_a_minute_at_little_of_the_time(seconds: float, tmp_path: Path) -> None:
+    """Of a run that is observed each second; a section takes so many."""
     clock = [0.0]
     watched, sections = Watched(tmp_path / "section-now.npz", lambda: clock[0]), Sections(clock, seconds)
-    while clock[0] < lasting:
+    while clock[0] < 2000.0:
         clock[0] += 1.0
         watched.see(sections, None)  # type: ignore[arg-type]
-    return sections.written, watched.spent / clock[0]
-
-
-def test_section__is_renewed_a_few_times_a_minute(tmp_path: Path) -> None:
-    times, _ = written(0.05, 60.0, tmp_path)
-    assert 3 <= len(times) <= 6
-    assert times[0] <= 6.0
-
-
-def test_section__takes_at_most_two_hundredths_of_the_time(tmp_path: Path) -> None:
-    for seconds in (0.05, 1.0, 5.0):
-        times, share = written(seconds, 2000.0, tmp_path)
-        assert times
-        assert share < MOST
+    assert watched.spent < MOST * clock[0]
+    assert sections.written[0] <= 6.0
+    if seconds == 0.05:
+        assert 3 <= sum(time < 60.0 for time in sections.written) <= 6

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from html.parser import HTMLParser
+from dataclasses import dataclass
 from typing import Any
 from unittest.mock import patch
 
+from lxml.html import HTMLParser, fromstring
 from markupsafe import Markup
 
 from studies.reports import page
@@ -24,40 +24,14 @@ class Mark:
     text: str  # as people read it
 
 
-@dataclass
-class Page(HTMLParser):
+@dataclass(frozen=True)
+class Page:
     """A page taken apart."""
 
-    marks: list[Mark] = field(default_factory=list)
-    unmarked: str = ""  # text that stands outside every mark
-    says: list[str] = field(default_factory=list)  # what marks of drawings say
-    links: list[str] = field(default_factory=list)  # everything that the page could load
-
-    def __post_init__(self) -> None:
-        super().__init__(convert_charrefs=True)
-        self._open: list[list[Any]] = []  # [tag, path, value, text] of each open element
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        named = dict(attrs)
-        self.links += [named[key] or "" for key in ("src", "href") if key in named]
-        if tag not in ("meta", "link", "br"):
-            self._open.append([tag, named.get("data-path"), named.get("value"), ""])
-
-    def handle_endtag(self, tag: str) -> None:
-        tag, path, value, text = self._open.pop()
-        if path is not None:
-            self.marks.append(Mark(path, value, text))
-        if tag == "title" and any(element[0] == "svg" for element in self._open):
-            self.says.append(text)
-
-    def handle_data(self, data: str) -> None:
-        if not self._open:
-            return
-        marked = [element for element in self._open if element[1] is not None]
-        for element in marked[-1:] or self._open[-1:]:
-            element[3] += data
-        if not marked and not any(element[0] in UNSEEN for element in self._open):
-            self.unmarked += data
+    marks: list[Mark]
+    unmarked: str  # text that stands outside every mark
+    says: list[str]  # what marks of drawings say
+    links: list[str]  # everything that the page could load
 
 
 @contextmanager
@@ -75,10 +49,15 @@ def undrawn_page(document: dict[str, Any]) -> str:
 
 def read_page(html: str) -> Page:
     """Take a page apart."""
-    page = Page()
-    page.feed(html)
-    page.close()
-    return page
+    root = fromstring(html, parser=HTMLParser(huge_tree=True))  # its pictures are large
+    seen = " or ".join(["@data-path", *(f"self::{name}" for name in UNSEEN)])
+    marked = root.xpath("//*[@data-path]")
+    return Page(
+        marks=[Mark(each.get("data-path"), each.get("value"), each.text_content()) for each in marked],
+        unmarked="".join(root.xpath(f"//text()[not(ancestor::*[{seen}])]")),
+        says=[each.text_content() for each in root.xpath("//svg//title")],
+        links=root.xpath("//@src | //@href"),
+    )
 
 
 def at(document: Any, pointer: str) -> Any:
