@@ -3,12 +3,12 @@
 import json
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import cache
 from typing import Any
 
 from fastapi import APIRouter, Response
 from pydantic import BaseModel
 
-from service.api.once import built_once
 from service.api.routes import Routes
 from service.api.schemas import CatalogueModel, Items, LawModel, ScenarioModel
 from studies import laws, materials, scenarios
@@ -28,7 +28,7 @@ def written_once(path: str, model: type[BaseModel]) -> Callable[[Listing], Listi
     """Add an endpoint for a list that never changes: its response is written by the first request."""
 
     def add(catalogue: Listing) -> Listing:
-        @built_once
+        @cache
         def written() -> bytes:
             return catalogue().model_dump_json(by_alias=True).encode()
 
@@ -47,7 +47,7 @@ def show_sweep_schema() -> Response:
     return Response(_schema(), media_type=SCHEMA_JSON)
 
 
-@built_once
+@cache
 def _schema() -> bytes:
     return json.dumps(schema_of_sweep(), ensure_ascii=False).encode()
 

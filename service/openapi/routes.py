@@ -1,11 +1,11 @@
 """The OpenAPI document: open to callers without a key, as it names no sweep."""
 
-import json
+from functools import cache
 
-from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi import APIRouter, FastAPI, Request
+from fastapi.responses import JSONResponse
 from pydantic import JsonValue
 
-from service.api.once import built_once
 from service.api.routes import Routes
 from service.openapi.schemas import component_schemas
 
@@ -31,14 +31,9 @@ TAGS = [  # the parts of the documentation, in the order of work; each route has
 
 
 @router.get("/openapi.json")
-def show_openapi(request: Request) -> Response:
+def show_openapi(request: Request) -> JSONResponse:
     """The OpenAPI document."""
-    return Response(_written(request.app), media_type="application/json")
-
-
-@built_once
-def _written(app: FastAPI) -> bytes:
-    return json.dumps(app.openapi()).encode()
+    return JSONResponse(request.app.openapi())
 
 
 def _prepare(app: FastAPI) -> None:
@@ -46,7 +41,7 @@ def _prepare(app: FastAPI) -> None:
     app.openapi_tags = TAGS
     original = app.openapi
 
-    @built_once
+    @cache
     def openapi() -> dict[str, JsonValue]:
         document = original()
         document["components"]["schemas"] |= component_schemas()

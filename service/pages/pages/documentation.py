@@ -4,6 +4,7 @@ import json
 import re
 import shlex
 from collections.abc import Iterator
+from functools import cache
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
@@ -12,7 +13,6 @@ from pydantic import JsonValue
 
 from service.api.access import known_caller
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
-from service.api.once import built_once
 from service.openapi.routes import TAGS
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page, rendered
@@ -33,7 +33,7 @@ def show_documentation(request: Request) -> Response:
     return page(request, "docs.html", known_caller(request), content=Markup(content.replace(ADDRESS, address)))
 
 
-@built_once
+@cache
 def _documentation(app: FastAPI) -> str:
     """The content of the page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
     operations = list(_operations(app))
