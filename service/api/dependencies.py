@@ -8,13 +8,14 @@ from dataclasses import replace
 from typing import Annotated
 
 from fastapi import Depends, Header, Path, Query, Request, Response, params
+from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller
 from service.api.browsers import body_of
-from service.api.documents import pointer, read_json
-from service.api.errors import PayloadTooLarge, UnsupportedMediaType
+from service.api.documents import read_json
+from service.api.errors import UnsupportedMediaType
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.reading import PARSERS, Given, Made, Posted
@@ -107,25 +108,15 @@ async def submitting(request: Request) -> AsyncIterator[None]:
         yield
 
 
-def _change(request: Request, body: RequestBody) -> SweepChange:
-    """The change of a sweep in the body; raises InvalidInput."""
+async def _change(request: Request) -> SweepChange:
+    """The change of a sweep in the body; raises InvalidInput, RequestValidationError."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
-    if len(body) > LONGEST_CHANGE:
-        raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE} bytes")
-    document = read_json(body)
+    document = read_json(await body_of(request, LONGEST_CHANGE))
     try:
         return SweepChange.model_validate(document)
     except ValidationError as error:
-        fields = [".".join(map(str, item["loc"])) for item in error.errors()]
-        limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
-        cure = 'send for example {"priority": -10}'
-        findings = [
-            Finding(field or "document", shown(item["input"]), limit, cure)
-            for field, item in zip(fields, error.errors(), strict=True)
-        ]
-        pointers = {field: pointer(field, document) for field in fields}
-        raise InvalidInput(findings, pointers=pointers) from None
+        raise RequestValidationError(error.errors()) from None
 
 
 PatchedSweep = Annotated[SweepChange, Depends(_change)]
