@@ -4,12 +4,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 
-from service.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart
 from service.pages.grid import NO_CHART, in_words, quantities_of, unit_of, value_of
 from service.records.jobs import GridCell
 from studies import measurements
 from studies.quantities.display import kind_of, printed_beside
 from studies.quantities.parameters import Plain, Value
+from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_CELLS = 400  # of each sweep
@@ -74,11 +75,11 @@ def chart_of_both(pair: Sequence[ComparedSweep], name: str) -> Chart:
         return NO_CHART
     along = PREFERRED if PREFERRED in shared else shared[0]
     lines = [line for letter, sweep in zip(LETTERS, pair, strict=True) for line in _lines(letter, sweep, along)]
-    x = along, along.replace("_", " "), unit_of(pair[0].scenario, along) or "1"
-    return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)
+    x = Scale(along, along.replace("_", " "), unit_of(pair[0].scenario, along) or "1")
+    return Chart(quantity.title, x, Scale(name, quantity.title, quantity.unit), lines)
 
 
-def _lines(letter: str, sweep: ComparedSweep, along: str) -> Iterator[ChartLine]:
+def _lines(letter: str, sweep: ComparedSweep, along: str) -> Iterator[Series]:
     """A line for each value of the other axes."""
     groups: dict[Key, list[tuple[float, GridCell]]] = {}
     for key, cell in sweep.points.items():
@@ -87,8 +88,8 @@ def _lines(letter: str, sweep: ComparedSweep, along: str) -> Iterator[ChartLine]
     for others, cells in groups.items():
         cells.sort(key=itemgetter(0))
         label = ", ".join(filter(None, (letter, in_words(sweep.scenario, dict(others)))))
-        values, bars = ([getattr(cell, part) for _, cell in cells] for part in ("value", "uncertainty"))
-        yield ChartLine(label, [at for at, _ in cells], values, bars)
+        values, bars = (tuple(getattr(cell, part) for _, cell in cells) for part in ("value", "uncertainty"))
+        yield Series("quantity", label, tuple(at for at, _ in cells), values, bars)
 
 
 def _numeric(sweep: ComparedSweep) -> list[str]:

@@ -10,7 +10,6 @@ from service.pages.forms import read_value
 from service.records.expansion import ExpandedSweep
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain, Value
-from studies.reports.figure import Scale, Series, SeriesKind
 from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -81,7 +80,5 @@ def drawn_chart(chart: Chart) -> str:
     from studies.reports.drawing.charts import lines
     from studies.reports.drawing.images import as_files
 
-    kind: SeriesKind = "quantity" if chart.marked else "history"
-    series = [Series(kind, line.label, tuple(line.x), tuple(line.y), tuple(line.uncertainty)) for line in chart.lines]
-    [svg] = as_files(lines(chart.title, Scale(*chart.x), Scale(*chart.y), series))
+    [svg] = as_files(lines(chart.title, chart.x, chart.y, chart.lines))
     return svg

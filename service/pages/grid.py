@@ -9,18 +9,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 
-from service.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
 from studies.quantities.display import kind_of, printed_beside
 from studies.quantities.parameters import Plain, Value, declared
 from studies.quantities.units import readable
+from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_CELLS = 400
 MOST_LISTED = 100  # points of a list
-NO_CHART = Chart("", ("", "", None), ("", "", None), ())
+NO_CHART = Chart("", Scale("", "", None), Scale("", "", None), ())
 SHADES = 5  # of the colour of a value, between the smallest and the largest that are shown
 
 
@@ -221,6 +222,7 @@ def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: s
             return NO_CHART
         points.sort(key=itemgetter(0))
         label = f"{across.label} {across.texts[column]}" if across else quantity.title
-        lines.append(ChartLine(label, *([point[k] for point in points] for k in range(3))))
-    x = along.name, along.label, unit_of(scenario, along.name) or "1"
-    return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)
+        x, y, bars = (tuple(point[k] for point in points) for k in range(3))
+        lines.append(Series("quantity", label, x, y, bars))
+    across_rows = Scale(along.name, along.label, unit_of(scenario, along.name) or "1")
+    return Chart(quantity.title, across_rows, Scale(name, quantity.title, quantity.unit), lines)

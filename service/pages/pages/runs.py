@@ -30,7 +30,7 @@ from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
-from service.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart
 from service.pages.computed import alone, drawn_end
 from service.pages.grid import in_words, quantities_of, value_of
 from service.pages.notes import note_on
@@ -43,6 +43,7 @@ from studies.quantities.display import digits, display_of, duration, kind_of, of
 from studies.quantities.files import FILM, RESULT, SECTION_NOW, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Plain, Value, declared
+from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -50,7 +51,7 @@ PAGE = PageRoutes("runs", 90, router)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown
 LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
-ENERGY, TIME = "energy", ("time", "time", "s")  # axes
+ENERGY, TIME = "energy", Scale("time", "time", "s")
 LOG_BYTES = 4096  # of the end of a log
 MOST_PLACES = 10  # sweeps of a run that are looked at
 FILM_OF = "Film of a run of "  # the title of a film begins so
@@ -312,8 +313,9 @@ def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Ch
     for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
         history, measurement = plain["measurements"][name]["history"], measurements.load(name)
         if len(history["time"]) > 1:
-            lines = [ChartLine(measurement.title, history["time"], history["value"])]
-            charts[name] = Chart(measurement.title, TIME, (name, measurement.title, measurement.unit), lines)
+            line = Series("history", measurement.title, tuple(history["time"]), tuple(history["value"]))
+            y = Scale(name, measurement.title, measurement.unit)
+            charts[name] = Chart(measurement.title, TIME, y, [line])
     return {name: chart for name, chart in charts.items() if not chart.is_empty}
 
 
@@ -325,8 +327,8 @@ def _energies(bodies: Mapping[str, Sequence[Sequence[float]]], histories: Mappin
     sums |= {label: [*histories[name]] for label, name in of_run.items()}
     sums = {label: values for label, values in sums.items() if any(values)}
     sums["all together"] = [sum(moment) for moment in zip(*sums.values(), strict=True)]
-    lines = [ChartLine(label, histories["time"], values) for label, values in sums.items()]
-    return Chart("Energy", TIME, (ENERGY, "energy", "J"), lines)
+    lines = [Series("history", label, tuple(histories["time"]), tuple(values)) for label, values in sums.items()]
+    return Chart("Energy", TIME, Scale(ENERGY, "energy", "J"), lines)
 
 
 def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
