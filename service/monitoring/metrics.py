@@ -9,7 +9,7 @@ from collections import Counter as Counts
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI, Request, Response
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -31,6 +31,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service import version
 from service.api.middleware import method_of, route_of
 from service.api.readiness import ReadinessCheck
+from service.api.routes import Routes
+from service.api.turns import in_waiting_thread
 from service.records.jobs import RUN_SECONDS, RUN_STATES, UNSUCCESSFUL, Cause, Kind, RunTally, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
@@ -165,3 +167,18 @@ def _run_seconds(results: Sequence[RunTally]) -> Metric:
         buckets=list(zip(edges, counts, strict=True)),
         sum_value=sum(tally.seconds for tally in results),
     )
+
+
+router = APIRouter(tags=["operations"])
+ROUTES = Routes(
+    "monitoring", 1, guarded=(router,), prepare=lambda service: service.add_middleware(Metrics, service=service)
+)
+
+
+@router.get(
+    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+)
+async def show_metrics(request: Request) -> Response:
+    """Metrics for Prometheus: runs by state, queue, attempts, requests."""
+    metrics: Metrics = request.app.state.metrics
+    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)

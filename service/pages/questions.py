@@ -13,7 +13,7 @@ from fastapi.responses import HTMLResponse
 
 from service.api.access import Caller
 from service.api.dependencies import in_child
-from service.pages.answered import AnsweredForm, answered_form
+from service.pages.computed import AnsweredForm, answered_form
 from service.pages.fields import field_of, placed
 from service.records.jobs import KEY_VARIABLE, Scope
 from studies import materials, scenarios

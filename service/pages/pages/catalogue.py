@@ -13,8 +13,7 @@ from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
-from service.pages.answered import AnsweredForm
-from service.pages.computed import drawn_material, flow_stresses
+from service.pages.computed import AnsweredForm, drawn_material, flow_stresses
 from service.pages.page_routes import PageRoutes
 from service.pages.questions import AskedPage
 from service.pages.rendering import as_svg, page

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
-from service.pages.answered import AnsweredForm
+from service.pages.computed import AnsweredForm
 from service.pages.page_routes import PageRoutes
 from service.pages.questions import AskedPage
 from service.pages.rendering import page

@@ -82,17 +82,6 @@ def test_file__is_sent_by_the_tags_of_the_request(shared_api: Api, file: tuple[s
     assert ask("HEAD", Range="bytes=0-0") == (206, b"")
     for other in ('"old"', f"W/{tag}", "Sat, 21 Nov 2026 00:00:00 GMT"):
         assert ask(Range="bytes=1-3", If_Range=other) == (200, content)
-    for wrong in (
-        "bytes=5-2",
-        "x",
-        "bytes=x",
-        "bytes=",
-        "bytes=1-3;",
-        "lines=1-2",
-        "bytes=1-3, 5-2",
-        f"bytes={'9' * 5000}-",
-    ):
-        assert ask(Range=wrong) == (200, content)
     for meant in (tag, f'"old", {tag}', "*"):
         assert ask(If_Match=meant) == (200, content)
     for other in ('"old"', f"W/{tag}"):  # a weak tag is never the same as a strong one
@@ -163,7 +152,6 @@ def test_log__of_a_running_run_grows(api: Api) -> None:
     log.write_bytes(b"step 1\nstep 2\n")
     more = api.http.get(here, headers={"Range": f"bytes={len(first.content)}-"})
     assert (more.status_code, more.content) == (206, b"step 2\n")
-    assert api.http.get(here, headers={"Range": "bytes=5-2"}).status_code == 200
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "running"
     api.store.leases.fail(lease, Cause.ERROR, failure="ValueError", reason="x")
     assert api.http.get(here).content == b"step 1\nstep 2\n"
