@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from operator import itemgetter
 
 from service.pages.charts import Chart
-from service.pages.grid import NO_CHART, in_words, quantities_of, unit_of, value_of
-from service.records.jobs import GridCell
+from service.pages.grid import NO_CHART, in_words, printed, quantities_of, unit_of, value_of
+from service.records.jobs import GridCell, SweepStatus
 from studies import measurements
 from studies.quantities.display import kind_of, printed_beside
 from studies.quantities.parameters import Plain, Value
@@ -25,9 +25,13 @@ Key = tuple[tuple[str, Value], ...]  # coordinates, by name
 class ComparedSweep:
     """One of two sweeps: its document and its runs, the finest last."""
 
-    scenario: str
+    status: SweepStatus
     document: Mapping[str, Plain]
     cells: Sequence[GridCell]
+
+    @property
+    def scenario(self) -> str:
+        return self.status.scenario
 
     @property
     def points(self) -> dict[Key, GridCell]:
@@ -46,10 +50,9 @@ class SharedPoint:
     difference: str  # second value less first, in per cent of the first, or "another outcome"
 
 
-def shared_quantities(pair: Sequence[ComparedSweep]) -> list[str]:
+def shared_quantities(first: str, second: str) -> list[str]:
     """The quantities that both scenarios measure, in the order of the first."""
-    first, second = (quantities_of(sweep.scenario) for sweep in pair)
-    return [name for name in first if name in second]
+    return [name for name in quantities_of(first) if name in quantities_of(second)]
 
 
 def shared_points(pair: Sequence[ComparedSweep], name: str) -> Iterator[SharedPoint]:
@@ -109,12 +112,10 @@ def _number(cell: GridCell, name: str) -> float:
 
 def _printed(cell: GridCell, name: str) -> str:
     quantity = measurements.load(name)
-    assert cell.value is not None
-    if quantity.is_outcome:
-        return quantity.outcomes[round(cell.value)]
-    text = printed_beside(cell.value, kind_of(quantity.unit), cell.uncertainty)
-    bar = f" ± {printed_beside(cell.uncertainty, kind_of(quantity.unit), cell.uncertainty)}" if cell.uncertainty else ""
-    return f"{text}{bar}"
+    text = printed(quantity, cell.value, cell.uncertainty)
+    if quantity.is_outcome or not cell.uncertainty:
+        return text
+    return f"{text} ± {printed_beside(cell.uncertainty, kind_of(quantity.unit), cell.uncertainty)}"
 
 
 def _difference(cells: tuple[GridCell, GridCell], name: str) -> str:

@@ -169,12 +169,15 @@ def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, hig
         percent = cell.state is State.RUNNING and cell.fraction is not None
         text = f"{cell.fraction:.0%}" if percent else "no value" if cell.state is State.SUCCEEDED else cell.state.value
         return ShownCell(cell.run_id, cell.state, text, None, place)
-    if quantity.is_outcome:
-        text = quantity.outcomes[round(cell.value)]
-    else:
-        text = printed_beside(cell.value, kind_of(quantity.unit), cell.uncertainty)
     shade = min(SHADES - 1, int((cell.value - low) / (high - low) * SHADES)) if high > low else 0
-    return ShownCell(cell.run_id, cell.state, text, shade, place)
+    return ShownCell(cell.run_id, cell.state, printed(quantity, cell.value, cell.uncertainty), shade, place)
+
+
+def printed(quantity: Measurement, value: float | None, uncertainty: float | None) -> str:
+    """A measured value as people read it, in the words of an outcome or the unit of its column."""
+    if quantity.is_outcome and value is not None:
+        return quantity.outcomes[round(value)]
+    return printed_beside(value, kind_of(quantity.unit), uncertainty)
 
 
 def in_words(scenario: str, coordinates: Mapping[str, Value]) -> str:

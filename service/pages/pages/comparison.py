@@ -30,13 +30,12 @@ MOST_IDS = 20  # in the address, so that ticking too many is said and not refuse
 class ShownPair:
     """Two sweeps, and the quantity that a query names."""
 
-    statuses: Sequence[SweepStatus]
     sweeps: Sequence[ComparedSweep]
     quantities: Sequence[str]  # that both measure
     quantity: str  # empty where there is none
 
     def query(self) -> dict[str, str | list[str]]:
-        return {"sweep": [status.id for status in self.statuses], "quantity": self.quantity}
+        return {"sweep": [sweep.status.id for sweep in self.sweeps], "quantity": self.quantity}
 
 
 def _pair(
@@ -50,23 +49,22 @@ def _pair(
     if len(ids) != len(LETTERS):
         raise refusal("sweep", f"{len(ids)} sweeps", "two sweeps", "tick two in the list of sweeps, then compare them")
     statuses = [store.sweeps.get(id) for id in ids]
-    scenarios = [status.scenario for status in statuses]
-    names = shared_quantities([ComparedSweep(scenario, {}, ()) for scenario in scenarios])
+    names = shared_quantities(*(status.scenario for status in statuses))
     chosen = quantity if quantity in names else next(iter(names), "")
     sweeps = [_compared(store, status, chosen) for status in statuses]
-    return ShownPair(statuses, sweeps, names, chosen)
+    return ShownPair(sweeps, names, chosen)
 
 
 def _compared(store: Store, status: SweepStatus, quantity: str) -> ComparedSweep:
     cells = store.sweeps.cells(status.id, range(min(status.planned, MOST_CELLS)), quantity) if quantity else ()
-    return ComparedSweep(status.scenario, store.sweeps.document(status.id), cells)
+    return ComparedSweep(status, store.sweeps.document(status.id), cells)
 
 
 Pair = Annotated[ShownPair, Depends(_pair)]
 
 
 async def _covers(request: Request, pair: Pair, caller: Reader, store: AppStore) -> list[ShownCover | None]:
-    return [await cover_of(request, status.id, caller, store) for status in pair.statuses]
+    return [await cover_of(request, sweep.status.id, caller, store) for sweep in pair.sweeps]
 
 
 @router.get("/compare")
@@ -74,19 +72,20 @@ def show_comparison(
     request: Request, pair: Pair, covers: Annotated[list[ShownCover | None], Depends(_covers)], caller: Reader
 ) -> Response:
     """Two sweeps: both in one figure, in what their requests differ, and what both measured at the same points."""
+    statuses = [sweep.status for sweep in pair.sweeps]
     chart = chart_of_both(pair.sweeps, pair.quantity).image("/compare/chart", pair.query()) if pair.quantity else ""
     points = list(shared_points(pair.sweeps, pair.quantity)) if pair.quantity else []
     return page(
         request,
         "comparison.html",
         caller,
-        sweeps=[*zip(LETTERS, pair.statuses, covers, strict=True)],
+        sweeps=[*zip(LETTERS, statuses, covers, strict=True)],
         quantities=[measurements.load(name) for name in pair.quantities],
         quantity=measurements.load(pair.quantity) if pair.quantity else None,
         chart=chart,
         differences=[*differences([sweep.document for sweep in pair.sweeps])],
         points=points,
-        most=MOST_CELLS if any(status.planned > MOST_CELLS for status in pair.statuses) else None,
+        most=MOST_CELLS if any(status.planned > MOST_CELLS for status in statuses) else None,
     )
 
 

@@ -32,7 +32,7 @@ from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
 from service.pages.charts import Chart
 from service.pages.computed import alone, drawn_end
-from service.pages.grid import in_words, quantities_of, value_of
+from service.pages.grid import in_words, printed, quantities_of, value_of
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, as_svg, drawn, page
@@ -253,10 +253,9 @@ def _measured(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedN
     for name in quantities_of(run.scenario):
         if name in found:
             uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
-            printed = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
+            number = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
             raw = found[name].get("raw")
-            read = "" if raw is None else _printed(name, raw, uncertainty, (), parameters).text
-            yield replace(printed, raw=read)
+            yield replace(number, raw="" if raw is None else printed(measurements.load(name), raw, uncertainty))
 
 
 def _so_far(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
@@ -272,18 +271,14 @@ def _printed(
     name: str, value: float | None, uncertainty: float | None, flags: Sequence[str], parameters: Mapping[str, Value]
 ) -> PrintedNumber:
     measurement = measurements.load(name)
-    kind = kind_of(measurement.unit)
-    if measurement.is_outcome and value is not None:
-        text = measurement.outcomes[round(value)]
-        if (note := note_on(name)) and (told := note.of_run(value, parameters)):
-            text = f"{text}; {told}"
-    else:
-        text = printed_beside(value, kind, uncertainty)
+    text = printed(measurement, value, uncertainty)
+    if value is not None and (note := note_on(name)) and (told := note.of_run(value, parameters)):
+        text = f"{text}; {told}"
     return PrintedNumber(
         measurement.title,
         measurement.meaning,
         text,
-        bar=printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
+        bar=printed_beside(uncertainty, kind_of(measurement.unit), uncertainty) if uncertainty else "",
         unit="" if measurement.is_outcome else display_of(measurement.unit).unit,
         flags=flags_in_words(flags),
     )
