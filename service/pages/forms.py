@@ -14,7 +14,7 @@ import yaml
 
 from service.api.documents import read_yaml
 from service.api.reading import expanded_sweep
-from service.estimates.reading import EstimatedSweep, estimated_sweep
+from service.estimates.estimate import EstimatedSweep, estimated_sweep
 from service.records.expansion import ExpandedSweep
 from studies import scenarios
 from studies.observations import written

@@ -12,7 +12,7 @@ import pytest
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
 from service.api.reading import Posted, ReadingLimits
-from service.estimates.reading import EstimatedSweep, estimated
+from service.estimates.estimate import EstimatedSweep, estimated
 from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared, claimed
 from tests.claims.rows import at_most

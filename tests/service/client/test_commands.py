@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.console import SHORT_ID, print_table, say
 from service.client.client import KEY_VARIABLE, SweepEvent
-from service.client.printing import print_event
+from service.client.commands import print_event
 from service.records.jobs import Scope
 from studies.sweeps import examples
 from tests.service.support.api import FILES, Api, open_api, served

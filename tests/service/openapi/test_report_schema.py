@@ -7,7 +7,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.api.app import build_app
-from service.openapi.schemas import component_schemas, report_schemas
+from service.openapi.routes import component_schemas, report_schemas
 from service.settings import Settings
 from studies.reports.document import schema_of_report
 from studies.reports.section import sections
