@@ -192,14 +192,6 @@ class Caller:
         """Whether the sweep is the caller's own, or the caller has the scope ``admin``."""
         return sweep.owner == self.name or self.may(Scope.ADMIN)
 
-    def check_owns(self, sweep: SweepStatus) -> None:
-        """Raise Forbidden unless the caller owns the sweep."""
-        if not self.owns(sweep):
-            raise Forbidden(
-                f"the sweep was submitted with another key; ask its owner, or use a key with the scope `{Scope.ADMIN}`",
-                scope=Scope.ADMIN,
-            )
-
 
 WITHOUT_KEY = Caller("", frozenset(Scope))  # a user of this machine, or authenticated by the proxy
 
@@ -251,8 +243,7 @@ def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | N
     session = cookie(request, SESSION)
     if session and (key := request.app.state.store.keys.of_session(session)):
         return Caller.of(key, has_session=True)
-    settings: Settings = request.app.state.settings
-    if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
+    if _needs_no_key(request.scope, request.app.state.settings):
         return WITHOUT_KEY
     raise Unauthorized(
         "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
@@ -293,17 +284,16 @@ def peer_of(scope: types.Scope) -> str:
     return str(getattr(_address(text), "ipv4_mapped", None) or text)
 
 
-def _is_local(scope: types.Scope, settings: Settings) -> bool:
-    """Whether a request to a loopback service names the loopback; any other name came through a proxy."""
-    if peer_of(scope) == OWN_SOCKET:
-        return True
-    host = _hostname(Headers(scope=scope).get("host", ""))
-    return settings.trust_loopback and is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+def _needs_no_key(scope: types.Scope, settings: Settings) -> bool:
+    """Whether a request comes from a user of this machine or from a declared proxy.
 
-
-def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
-    address = _address(peer_of(scope))
-    return address is not None and any(address in network for network in settings.trusted_proxy)
+    One to a loopback service names the loopback: any other name came through a proxy.
+    """
+    peer = peer_of(scope)
+    address, host = _address(peer), _hostname(Headers(scope=scope).get("host", ""))
+    is_from_proxy = address is not None and any(address in network for network in settings.trusted_proxy)
+    is_local = settings.trust_loopback and is_loopback(settings.host) and host in {*LOOPBACK_NAMES, settings.host}
+    return peer == OWN_SOCKET or is_from_proxy or is_local
 
 
 def requires(scope: Scope) -> params.Security:

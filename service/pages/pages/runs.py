@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
@@ -102,7 +102,9 @@ def show_run(
     run, spec = store.runs.get(id), store.runs.spec(id)
     places = [(place, in_words(run.scenario, place.coordinates)) for place in store.runs.places(id, MOST_SWEEPS + 1)]
     names = {file.name for file in files}
-    measured = list(_measured(run, spec["parameters"]))
+    measured = list(_measured(run.scenario, (run.summary or {}).get("measurements", {}), spec["parameters"]))
+    progress = run.progress if run.state in (State.RUNNING, State.CANCELLING) else None
+    so_far = {name: {"value": value} for name, value in ((progress or {}).get("measured") or {}).items()}
     main = next((name for name in quantities_of(run.scenario) if name in histories), "")
     is_open = run.state not in TERMINAL
     return page(
@@ -119,7 +121,7 @@ def show_run(
         picture=_picture_address(id, files, artifacts),
         now=_now_address(run, store, artifacts),
         chart=histories[main].image(f"/runs/{id}/histories/{main}", {}) if main else "",
-        so_far=list(_so_far(run, spec["parameters"])),
+        so_far=list(_measured(run.scenario, so_far, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items() if name != main],
         views=[view for view, sources in VIEWS.items() if names & {*sources} and f"{view}.view" in makers()],
         has_film=FILM in names and "gif" in makers(),
@@ -247,24 +249,16 @@ class PrintedNumber:
     raw: str = ""  # what was read off, before the mesh error was taken off
 
 
-def _measured(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
-    """What a run measured, in the order of its scenario, as people read it."""
-    found = (run.summary or {}).get("measurements", {})
-    for name in quantities_of(run.scenario):
+def _measured(
+    scenario: str, found: Mapping[str, Mapping[str, Any]], parameters: Mapping[str, Value]
+) -> Iterator[PrintedNumber]:
+    """What a run measured, or has measured so far, in the order of its scenario, as people read it."""
+    for name in quantities_of(scenario):
         if name in found:
             uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
             number = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
             raw = found[name].get("raw")
             yield replace(number, raw="" if raw is None else printed(measurements.load(name), raw, uncertainty))
-
-
-def _so_far(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
-    """What a running run has measured so far."""
-    if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
-        found = run.progress.get("measured") or {}
-        for name in quantities_of(run.scenario):
-            if name in found:
-                yield _printed(name, found[name], None, (), parameters)
 
 
 def _printed(
