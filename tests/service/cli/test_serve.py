@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
@@ -15,7 +15,6 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import FastAPI, Request
-from fastapi.responses import StreamingResponse
 
 from service.cli import serve
 from service.cli.serve import _listening, _Server
@@ -147,30 +146,6 @@ def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path
     forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
     peer_seen = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
     assert peer_seen == "127.0.0.1"
-
-
-def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
-    app: FastAPI, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    over = threading.Event()
-
-    @app.get("/stream")
-    def stream() -> StreamingResponse:
-        def texts() -> Iterator[str]:
-            yield "first"
-            assert over.wait(DEADLINE)
-            yield "last"
-
-        return StreamingResponse(texts())
-
-    def ask(client: httpx.Client) -> tuple[int, str, int]:
-        with client.stream("GET", "/stream") as opened:
-            refused = client.get("/nothing")
-            over.set()
-            return refused.status_code, opened.read().decode(), client.get("/nothing").status_code
-
-    monkeypatch.setattr(serve, "MOST_CONNECTIONS", 2)
-    assert ask_in(app, tmp_path, ask) == (503, "firstlast", 404)
 
 
 def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:

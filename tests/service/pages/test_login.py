@@ -1,7 +1,6 @@
 """A browser logs in with a key, gives orders with the token of a page, and logs out."""
 
 import functools
-import gzip
 import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -10,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from service.api.browsers import BROWSER, FORM, SESSION, TOKEN_HEADER
+from service.api.browsers import SESSION, TOKEN_HEADER
 from service.records.jobs import Scope
 from service.store import keys as sessions
 from tests.service.support.api import SWEEP, Api, every_route, open_api
@@ -173,14 +172,3 @@ def test_every_order_of_a_page__is_recorded(api: Api) -> None:
         assert len(entries()) == before + 1, path
     assert {entry.action for entry in entries()} == {"log-in", "submit", "add points", "cancel", "log-out"}
     assert {entry.key_id for entry in entries()} == {key}
-
-
-@pytest.mark.parametrize("path", ["/new/thin_plate", "/login"])
-def test_form__that_is_compressed_is_refused(api: Api, path: str) -> None:
-    if path != "/login":
-        log_in(api, Scope.SUBMIT)
-    headers = {"Content-Type": FORM, "Cookie": f"{BROWSER}=x", "Content-Encoding": "gzip"}
-    cookies = "; ".join(f"{name}={value}" for name, value in api.http.cookies.items())
-    headers["Cookie"] += f"; {cookies}" if cookies else ""
-    refused = api.http.post(path, content=gzip.compress(b"a=b"), headers=headers)
-    assert (refused.status_code, refused.headers["Accept-Encoding"]) == (415, "identity")
