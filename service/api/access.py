@@ -55,8 +55,6 @@ OWN_SOCKET = "socket"  # in place of the address of a peer that comes through th
 MOST_WRONG_KEYS = 10  # wrong keys that an address may send in a minute, until it has to wait
 MOST_NAMES = 1000  # owners or addresses that are counted one by one in a minute
 
-# --- binding --------------------------------------------------------------------------------------
-
 
 def check_binding(settings: Settings, *, has_keys: bool) -> None:
     """Refuse to listen on a network without keys or a trusted proxy; raises InvalidInput."""
@@ -88,9 +86,6 @@ def _address(text: str) -> IPv4Address | IPv6Address | None:
     with suppress(ValueError):
         return ip_address(text)
     return None
-
-
-# --- hosts and sites ------------------------------------------------------------------------------
 
 
 class Access:
@@ -159,8 +154,6 @@ def _hostname(host: str) -> str:
     except ValueError:
         return ""
 
-
-# --- callers --------------------------------------------------------------------------------------
 
 # The scopes that each scope includes.
 INCLUDES = {
@@ -305,8 +298,6 @@ Reader = Annotated[Caller, requires(Scope.READ)]
 Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
 Administrator = Annotated[Caller, requires(Scope.ADMIN)]
 
-
-# --- requests and wrong keys of a minute ----------------------------------------------------------
 
 WINDOW = 60.0  # s
 

@@ -34,9 +34,6 @@ LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
 IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 
 
-# --- parts of the app -----------------------------------------------------------------------------
-
-
 AppPart = Store | Settings | Artifacts | ReadinessCheck
 
 
@@ -67,9 +64,6 @@ def link_next(request: Request, response: Response, cursor: str | None) -> None:
     if cursor is not None:
         url = request.url.include_query_params(cursor=cursor)
         response.headers["Link"] = f'<{url.path}?{url.query}>; rel="next"'
-
-
-# --- bodies ---------------------------------------------------------------------------------------
 
 
 async def _body(request: Request) -> bytes:
@@ -125,8 +119,6 @@ PatchedSweep = Annotated[SweepChange, Depends(_change)]
 def _media_type(request: Request) -> str:
     return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 
-
-# --- submission -----------------------------------------------------------------------------------
 
 Priority = Annotated[
     int, Query(ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first")

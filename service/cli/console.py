@@ -43,9 +43,6 @@ def print_warnings(sweep: "Sweep") -> None:
         say(f"whipple: warning: {warning}", file=sys.stderr)
 
 
-# --- tables and JSON ------------------------------------------------------------------------------
-
-
 def print_json(value: object) -> None:
     """Print a value as JSON; times in ISO 8601, sets as sorted lists."""
     say(json.dumps(value, indent=2, default=_plain, ensure_ascii=False))

@@ -138,8 +138,6 @@ class Client:
         """Close the connections."""
         self._connection.close()
 
-    # --- sweeps ----------------------------------------------------------------------------------
-
     def submit(
         self, sweep: SweepSource, *, priority: int = 0, keep: str = "final", idempotency_key: str | None = None
     ) -> "SweepHandle":
@@ -171,8 +169,6 @@ class Client:
         """Every sweep, newest first; or those in a state."""
         return map(SweepStatus.from_json, self._connection.pages("/v1/sweeps", state=state))
 
-    # --- runs ------------------------------------------------------------------------------------
-
     def run(self, id: str) -> RunDocument:
         """A run with its parameters."""
         return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
@@ -196,8 +192,6 @@ class Client:
         """The output of the solver in the last attempt of a run, up to now."""
         return self._connection.request("GET", f"/v1/runs/{id}/log").text
 
-    # --- the queue -------------------------------------------------------------------------------
-
     def queue(self) -> QueueDocument:
         """The queue as a whole: paused, blocked_reason, counts, oldest_queued, leader."""
         return self._connection.json("GET", "/v1/queue")
@@ -209,8 +203,6 @@ class Client:
     def resume(self) -> QueueDocument:
         """Start runs again."""
         return self._connection.json("POST", "/v1/queue/resume")
-
-    # --- catalogue -------------------------------------------------------------------------------
 
     def scenarios(self) -> list[dict[str, Plain]]:
         """Every scenario with its parameters."""
@@ -268,8 +260,6 @@ class SweepHandle:
         except WhippleError as error:
             return table(repr(self), [("error", error)])
 
-    # --- read ------------------------------------------------------------------------------------
-
     def status(self) -> SweepStatus:
         """State, points by state, progress, time left."""
         return SweepStatus.from_json(self._connection.json("GET", self._path))
@@ -316,8 +306,6 @@ class SweepHandle:
             number = None if message.id is None else int(message.id)
             yield SweepEvent(message.name, number, json.loads(message.data))
 
-    # --- files -----------------------------------------------------------------------------------
-
     def fetch(self, out: str | Path, *, overwrite: bool = False, every_column: bool = False) -> Path:
         """Download cube and report into a folder, which is returned; raises ServiceError before they exist.
 
@@ -358,8 +346,6 @@ class SweepHandle:
         with tempfile.TemporaryDirectory() as folder:
             self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
             return SweepFolder(folder).plot()
-
-    # --- commands --------------------------------------------------------------------------------
 
     def cancel(self) -> SweepStatus:
         """Stop the sweep; the results so far are published."""

@@ -231,9 +231,6 @@ def _write(response: httpx.Response, file: Path) -> str:
     return digest.hexdigest()
 
 
-# --- server-sent events ---------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class ServerEvent:
     """A message of an event stream."""

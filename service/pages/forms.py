@@ -182,9 +182,6 @@ def _written(is_text: bool, value: Plain) -> str:
     return text.strip()[1:-1]
 
 
-# --- drawing --------------------------------------------------------------------------------------
-
-
 def _setup(sweep: Sweep) -> tuple[str, str] | None:
     """The set-up of the first run as an image, with its alternative text; None where the scenario draws none."""
     from studies.pictures.shown import setup

@@ -63,9 +63,6 @@ def choose_scenario(request: Request, caller: Submitter) -> Response:
     return page(request, "new.html", caller, scenarios=listed)
 
 
-# --- the form -------------------------------------------------------------------------------------
-
-
 @router.get("/new/{scenario}")
 async def show_form(
     request: Request,
