@@ -1,15 +1,12 @@
 """Access control of requests: binding, Host and origin checks, API keys as bearer tokens (RFC 6750), scopes, owners.
 
-A browser on the same machine could be abused in two ways: through a foreign name that resolves to this
-machine (DNS rebinding; visible in ``Host``), and by a page of another site that sends a write (visible in
-``Sec-Fetch-Site`` and ``Origin``).
+A browser on the same machine could be abused through a foreign name that resolves to this machine (DNS rebinding;
+visible in ``Host``), and by a page of another site that sends a write (visible in ``Sec-Fetch-Site`` and ``Origin``).
 
-A request to a loopback name of a service that listens on the loopback comes from a user of this machine and
-needs no key. Every other request needs one, unless it comes from the address of a declared proxy, which has
-authenticated it. A key that is sent always counts: its name owns what is submitted with it, and its scopes
-are the limit. A browser that logged in with a key has a session in its place, whose orders need the token of a page
-too. The store compares secrets as digests; they appear in no log and no response. Where other users of this machine
-are not trusted, a socket takes the place of the loopback: who may open it may write the database too.
+A request to a loopback name of a service that listens on the loopback needs no key, nor does one from the address of a
+declared proxy; every other does. A key that is sent always counts: its name owns what is submitted with it, and its
+scopes are the limit. In its place a browser has a session, whose orders need the token of a page too. Where other users
+of this machine are not trusted, a socket takes the place of the loopback: who may open it may write the database too.
 """
 
 import math

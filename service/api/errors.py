@@ -1,8 +1,7 @@
 """Errors as HTTP: one table from exception to status, one format of response (RFC 9457).
 
-Domain code raises exceptions that carry meaning and knows nothing of the web. Here each becomes an
-``application/problem+json`` document, as do the errors that only a request has, which enter the table by themselves.
-Any other exception is a 500 that hides its text; the log has it under the id of the request.
+Errors that only a request has enter the table by themselves. Any other exception is a 500 that hides its text; the log
+has it under the id of the request.
 """
 
 import json

@@ -1,8 +1,8 @@
 """Turns: which requests compute now, so that no caller keeps the others waiting.
 
-A request holds a turn while it computes, and gives it back while it waits: for its client, a child process, a lock or a
-bucket (``waiting``). Each caller holds few of all turns, and callers whose requests wait get theirs in rotation. What
-has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the event loop stay free.
+A request holds a turn while it computes, and gives it back while it waits for its client, a child process, a lock or a
+bucket (``waiting``). What has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the
+event loop stay free.
 """
 
 import math

@@ -1,8 +1,7 @@
 """Requests of the client: repeated after a lost connection, with errors as exceptions.
 
-An address that never responded fails at once: it is wrong, or no service runs there. One that has responded may
-be restarting: it is asked again for ``patience`` seconds when its connection breaks or when it reports a
-temporary failure. Every request may be sent twice: a submission has an idempotency key, and every other command
+An address that never responded fails at once; one that has responded may be restarting, and is asked again for
+``patience`` seconds. Every request may be sent twice: a submission has an idempotency key, and every other command
 names a state, not a change.
 """
 

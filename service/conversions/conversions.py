@@ -1,8 +1,7 @@
 """Files that are made when they are asked for, each by a child process and cached under the digest of its inputs: cubes
 and reports of unfinished sweeps, results in the formats of other programs, and what pages draw of a run.
 
-The API process opens no dataset, because netCDF4 crashes when threads share it. The child reads its inputs from stdin
-and writes one file, within limits of time and memory, and gives way to all others. Few children work at once, for each
+The API process opens no dataset, because netCDF4 crashes when threads share it. Few children work at once, for each
 caller one, and whoever waits for them has no turn and no thread.
 """
 

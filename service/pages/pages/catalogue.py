@@ -8,7 +8,6 @@ from itertools import takewhile
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi.responses import HTMLResponse
 from markupsafe import Markup, escape
 
 from service.api.access import Reader
@@ -27,7 +26,7 @@ from studies.observations.tables import further_tables
 from studies.quantities.display import display_alone
 from studies.quantities.parameters import declared
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 LINKS = (("/scenarios", "Scenarios"), ("/laws", "Laws"), ("/materials", "Materials"), ("/shots", "Shots"))
 PAGE = PageRoutes("catalogue", 40, router, LINKS)
 

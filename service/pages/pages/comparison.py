@@ -6,7 +6,6 @@ from operator import itemgetter
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import HTMLResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader
@@ -26,7 +25,7 @@ from studies.quantities.parameters import Plain, Value
 from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("comparison", 15, router)
 
 MOST_CELLS = 400  # of each sweep

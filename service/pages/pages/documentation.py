@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from functools import cache
 
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import HTMLResponse
 from markupsafe import Markup, escape
 from pydantic import JsonValue
 
@@ -17,7 +16,7 @@ from service.openapi.routes import TAGS
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page, rendered
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("documentation", 80, router, (("/docs", "API"),), is_open=True)
 
 EVENTS, FILE = "text/event-stream", re.compile(r"\.\w+$")

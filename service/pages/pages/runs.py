@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
@@ -46,7 +46,7 @@ from studies.quantities.parameters import Plain, Value, declared
 from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import RESOLUTION
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("runs", 90, router)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown

@@ -7,7 +7,6 @@ from typing import Annotated
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
 from service.pages.computed import AnsweredForm
@@ -25,7 +24,7 @@ from studies.shields.shots.drawn import FAST
 from studies.shields.shots.table import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
 from studies.sweeps.document import read_yaml
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
 
 SHOWN = 100  # shots on shields on one page
