@@ -112,18 +112,11 @@ EXAMPLE = {
 ASKED = AskedPage("/laws", tuple(EXAMPLE), ("obliquity", "projectile_length"), "Obliquity, cylinder", lambda: EXAMPLE)
 
 
-async def _answer(request: Request, _: Reader) -> AnsweredForm:
-    return await ASKED.answer(request)
-
-
-@router.get("/laws/sheet")
-async def show_sheet(request: Request, _: Reader) -> Response:
-    """What laws and shots say of a plate or a block on one sheet of A4; raises InvalidInput."""
-    return await ASKED.sheet(request)
+router.get("/laws/sheet")(ASKED.sheet)
 
 
 @router.get("/laws")
-def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(ASKED.answer)]) -> Response:
     """What laws and shots say of a plate or a block, and every law with formula, range and source, by quantity."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}

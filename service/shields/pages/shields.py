@@ -69,22 +69,15 @@ ASKED = AskedPage(
 )
 
 
-async def _answer(request: Request, _: Reader) -> AnsweredForm:
-    return await ASKED.answer(request)
+router.get("/shields/sheet")(ASKED.sheet)
 
 
 @router.get("/shields")
-def show_shield(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+def show_shield(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(ASKED.answer)]) -> Response:
     """The form of a shield, and what laws and shots say of it."""
     content = ASKED.content(request, caller, answer)
     shots, held = len(published().shots), beside_held(NO_FAILURE, FAST)
     return page(request, "service.shields.pages:shields.html", caller, shots=shots, beside_held=held, **content)
-
-
-@router.get("/shields/sheet")
-async def show_sheet(request: Request, _: Reader) -> Response:
-    """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
-    return await ASKED.sheet(request)
 
 
 @router.get("/shots/shields")
