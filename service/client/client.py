@@ -10,6 +10,7 @@ A service on another machine needs an API key: ``Client(url, key=...)``, or the 
 
 import hashlib
 import json
+import math
 import os
 import re
 import tempfile
@@ -17,14 +18,14 @@ import time
 import uuid
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
 import httpx
 
-from service.cli.progress import is_watched, showing_progress
+from service.cli.progress import watched_progress
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
 from service.client.remote_cube import open_remote
 from service.client.runs import RunDocument
@@ -280,21 +281,16 @@ class SweepHandle:
         ``on_progress`` is called with each status. Without it a bar shows the progress on a terminal and in a
         notebook, and nothing does elsewhere.
         """
-        if on_progress is None and is_watched():
-            with showing_progress(self.status().name) as show:
-                return self._wait(timeout, show)
-        return self._wait(timeout, on_progress or (lambda status: None))
-
-    def _wait(self, timeout: float | None, on_progress: Callable[[SweepStatus], None]) -> SweepStatus:
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            status = self.status()
-            on_progress(status)
-            if status.is_terminal:
-                return status
-            if deadline is not None and time.monotonic() > deadline:
-                raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
-            time.sleep(POLL_SECONDS)
+        deadline = math.inf if timeout is None else time.monotonic() + timeout
+        with watched_progress(self.status().name) if on_progress is None else nullcontext(on_progress) as show:
+            while True:
+                status = self.status()
+                show(status)
+                if status.is_terminal:
+                    return status
+                if time.monotonic() > deadline:
+                    raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
+                time.sleep(POLL_SECONDS)
 
     def events(self, after: int | None = None) -> Iterator[SweepEvent]:
         """Events of the sweep and its runs: those after a number, then new ones, until the sweep has ended.

@@ -187,9 +187,7 @@ def fetch(
 def cancel(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Stop a sweep. The results so far are published."""
     with client_of(url, key_file) as client:
-        handle = client.find_sweep(id)
-        handle.cancel()
-        print_sweep(handle.status())
+        print_sweep(client.find_sweep(id).cancel())
 
 
 @app.command()
@@ -203,9 +201,7 @@ def retry(
 ) -> None:
     """Compute cancelled, failed and lost runs again, then publish again."""
     with client_of(url, key_file) as client:
-        handle = client.find_sweep(id)
-        handle.retry(verdicts=verdicts)
-        print_sweep(handle.status())
+        print_sweep(client.find_sweep(id).retry(verdicts=verdicts))
 
 
 @app.command()
