@@ -45,7 +45,14 @@ class Places:
     Used in one event loop.
     """
 
-    def __init__(self, most: int, of_a_caller: int, *, waiting: int, waiting_of_a_caller: int):
+    def __init__(
+        self,
+        most: int,
+        of_a_caller: int,
+        *,
+        waiting: int = MOST_WAITING,
+        waiting_of_a_caller: int = MOST_WAITING_OF_A_CALLER,
+    ):
         self._most, self._of_a_caller = most, of_a_caller
         self._most_waiting, self._waiting_of_a_caller = waiting, waiting_of_a_caller
         self._held = Counter[str]()
@@ -178,11 +185,7 @@ class WaitingThreads:
     """Threads for what waits for a bucket or a lock, apart from those that compute."""
 
     def __init__(self) -> None:
-        self._places = Places(
-            *(MOST_THREADS, MOST_THREADS_OF_A_CALLER),
-            waiting=MOST_WAITING,
-            waiting_of_a_caller=MOST_WAITING_OF_A_CALLER,
-        )
+        self._places = Places(MOST_THREADS, MOST_THREADS_OF_A_CALLER)
         self._threads = CapacityLimiter(MOST_THREADS)
 
     async def run(self, caller: str, call: Callable[[], Answer]) -> Answer:
@@ -215,9 +218,8 @@ class Turns:
 
     def __init__(self, app: ASGIApp, callers: KnownCallers):
         self._app, self._callers = app, callers
-        waiting = {"waiting": MOST_WAITING, "waiting_of_a_caller": MOST_WAITING_OF_A_CALLER}
-        self._reading = Places(MOST_READING, MOST_READING_OF_A_CALLER, **waiting)
-        self._writing = Places(MOST_WRITING, MOST_WRITING_OF_A_CALLER, **waiting)
+        self._reading = Places(MOST_READING, MOST_READING_OF_A_CALLER)
+        self._writing = Places(MOST_WRITING, MOST_WRITING_OF_A_CALLER)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http" or scope["path"] in PROBES:

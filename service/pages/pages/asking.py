@@ -125,13 +125,14 @@ async def read_form(request: Request, scenario: str, caller: Submitter, fields: 
 
 def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
     """Priority of a sweep, and the files that it keeps; raises InvalidInput."""
-    priority, keep = form.get("priority") or "0", form.get("keep") or Keep.FINAL
-    if keep not in set(Keep):
-        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "choose one")
-    is_number = len(priority) <= len(str(PRIORITIES[0])) and priority.removeprefix("-").isdecimal()
-    if not is_number or int(priority) not in PRIORITIES:
-        raise refusal("priority", priority, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
-    return int(priority), Keep(keep)
+    text = form.get("priority") or "0"
+    try:
+        priority, keep = int(text), Keep(form.get("keep") or Keep.FINAL)
+    except ValueError:
+        priority = PRIORITIES.stop
+    if priority not in PRIORITIES:
+        raise refusal("priority", text, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
+    return priority, keep
 
 
 def _form_page(

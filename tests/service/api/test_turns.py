@@ -27,10 +27,6 @@ from tests.service.support.fakes import DEADLINE, wait_until
 OPEN_FORMS = {"/login", "/logout"}  # whose forms hold a key or the token, and are read without a key
 
 
-def places(most: int, of_a_caller: int, *, waiting: int = 100, waiting_of_a_caller: int = 100) -> Places:
-    return Places(most, of_a_caller, waiting=waiting, waiting_of_a_caller=waiting_of_a_caller)
-
-
 class Asking:
     """Callers that ask for places one after the other, and keep them."""
 
@@ -57,7 +53,7 @@ class Asking:
 
 
 def test_places__of_a_caller_are_few_and_the_others_stay_free() -> None:
-    asking = Asking(places(4, 2))
+    asking = Asking(Places(4, 2))
     anyio.run(asking.all, [*["ann"] * 5, "bob", "cid", "dan"])
     assert asking.served == ["ann", "ann", "bob", "cid"]
     # Those that ask no longer get none.
@@ -68,7 +64,7 @@ def test_places__of_a_caller_are_few_and_the_others_stay_free() -> None:
 
 @pytest.mark.parametrize("first", ["ann", ""])  # nobody's name is empty, but that of a user without a key
 def test_places__go_to_waiting_callers_in_rotation(first: str) -> None:
-    shared, order = places(1, 1), []  # type: tuple[Places, list[str]]
+    shared, order = Places(1, 1), []  # type: tuple[Places, list[str]]
 
     async def hold(caller: str) -> None:
         async with shared.place(caller):
@@ -85,16 +81,16 @@ def test_places__go_to_waiting_callers_in_rotation(first: str) -> None:
 
 
 def test_places__that_too_many_wait_for_are_refused_to_the_caller_with_the_longest_queue() -> None:
-    own = Asking(places(1, 1, waiting_of_a_caller=2))
+    own = Asking(Places(1, 1, waiting_of_a_caller=2))
     anyio.run(own.all, [*["ann"] * 5, "bob"])
     assert own.refused == ["ann"] * 2
-    all_together = Asking(places(1, 1, waiting=4))
+    all_together = Asking(Places(1, 1, waiting=4))
     anyio.run(all_together.all, [*["ann"] * 6, "bob", "cid", "dan"])
     assert all_together.refused == ["ann"] * 4  # the fifth and sixth; then bob and cid come in for two others
 
 
 def test_turn__is_given_back_while_the_request_waits_and_after_its_response() -> None:
-    shared = Asking(places(1, 1))
+    shared = Asking(Places(1, 1))
 
     async def free() -> bool:
         with anyio.move_on_after(0.0):

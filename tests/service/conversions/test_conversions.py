@@ -131,7 +131,7 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_t
 
 def turn(caller: str = "ann") -> Turn:
     """The turn of a request that waits for nobody else's."""
-    return Turn(Places(8, 8, waiting=8, waiting_of_a_caller=8), caller)
+    return Turn(Places(8, 8), caller)
 
 
 async def partial(files: Conversions, *, sweep: str = "1", caller: str = "ann", is_large: bool = False) -> MadeFile:
