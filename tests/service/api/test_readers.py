@@ -73,27 +73,6 @@ def test_child__that_is_killed_or_frozen_is_replaced(part: Any) -> None:
     assert isinstance(ask(use), EstimatedSweep)
 
 
-def test_slot__is_taken_by_one_request_of_a_key_at_a_time() -> None:
-    order: list[str] = []
-
-    async def take(readers: Readers, key: str, release: anyio.Event) -> None:
-        async with readers.slot(key):
-            order.append(key)
-            await release.wait()
-
-    async def use(readers: Readers) -> None:
-        release = anyio.Event()
-        async with anyio.create_task_group() as tasks:
-            for key in ("ann", "ann", "ann", "bob", "cid"):
-                tasks.start_soon(take, readers, key, release)
-                await anyio.wait_all_tasks_blocked()
-            assert order == ["ann", "bob"]
-            release.set()
-        assert sorted(order) == ["ann", "ann", "ann", "bob", "cid"]
-
-    ask(use)
-
-
 def test_request__that_finds_no_child_in_time_is_refused() -> None:
     async def use(readers: Readers) -> None:
         async with readers.slot("ann"):

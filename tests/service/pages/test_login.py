@@ -142,16 +142,6 @@ def test_local_browser__needs_no_key_but_the_token(tmp_path: Path) -> None:
         assert "cancel" in cancelled.text
 
 
-def test_page__without_a_key_says_how_to_get_one(api: Api) -> None:
-    for path in ("/", f"/sweeps/{'0' * 32}"):
-        front = api.http.get(path)
-        assert (front.status_code, front.headers["content-type"]) == (401, "text/html; charset=utf-8")
-        assert "whipple keys create" in front.text
-        assert front.headers["www-authenticate"].startswith("Bearer")
-    page, _, place = api.http.get("/v1/sweeps", headers={"Accept": "*/*"}).json()["type"].partition("#")
-    assert f'id="{place}"' in api.http.get(page).text  # the page that explains it needs none
-
-
 def test_wrong_keys__of_a_form_are_counted_with_all_others(api: Api) -> None:
     form = {"key": "whp_wrong", "csrf_token": token_on(api.http.get("/login"))}
     assert [api.http.post("/login", data=form).status_code for _ in range(11)] == [401] * 10 + [429]
