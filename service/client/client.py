@@ -20,6 +20,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
@@ -27,7 +28,6 @@ import httpx
 
 from service.cli.progress import watched_progress
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
-from service.client.remote_cube import open_remote
 from service.client.runs import RunDocument
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
@@ -35,7 +35,7 @@ from service.notebooks.folder import SweepFolder, sweep_table, table
 from service.records.jobs import KEY_VARIABLE, SweepStatus
 from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput, MissingExtra
 from studies.quantities.parameters import Plain
 from studies.sweeps.document import document_of
 
@@ -48,6 +48,7 @@ __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle"
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 DATA_VARIABLE, DEFAULT_DATA = "WHIPPLE_DATA", "whipple-data"  # as in ``service.settings``, which takes 0.15 s
+BLOCK = 1 << 18  # bytes of a request for parts of a cube
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
@@ -365,6 +366,24 @@ class SweepHandle:
 
     def _command(self, method: str, path: str, **options: Unpack[RequestOptions]) -> SweepStatus:
         return SweepStatus.from_json(self._connection.json(method, f"{self._path}{path}", **options))
+
+
+def open_remote(url: str, headers: Mapping[str, str]) -> "DataTree":
+    """The dataset at an address; closing it closes the connection. Raises MissingExtra and InvalidInput."""
+    try:
+        import fsspec
+
+        # fsspec and xarray would import these later.
+        for name in ("aiohttp", "h5netcdf"):
+            import_module(name)
+    except ImportError as error:
+        raise MissingExtra(
+            f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; or fetch the cube"
+        ) from None
+    from studies.cubes.opening import open_file
+
+    file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
+    return open_file(file.open(), url)
 
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:
