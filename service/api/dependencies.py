@@ -134,26 +134,6 @@ IdempotencyKey = Annotated[
 ]
 
 
-def submission_of(
-    settings: Settings,
-    caller: Caller,
-    sweep: ExpandedSweep,
-    priority: int = 0,
-    keep: Keep = Keep.FINAL,
-    idempotency: tuple[str, str] | None = None,
-) -> Submission:
-    """A sweep of a caller with its options and quota, and why it is refused where waiting does not help."""
-    quota = None
-    if not caller.may(Scope.ADMIN):
-        quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
-    if keep is Keep.NUMBERS:
-        sweep = replace(sweep, bytes=0)
-    findings = [*_of_the_machine(settings, sweep)]
-    if quota is not None:
-        findings += _of_the_key(settings, quota, sweep, priority, keep)
-    return Submission(sweep, caller.name, priority, keep, idempotency, quota, tuple(findings))
-
-
 async def submit(
     request: Request,
     sweep: ExpandedSweep,
@@ -162,11 +142,19 @@ async def submit(
     once: tuple[str, str] | None = None,
 ) -> SweepStatus:
     """Store a sweep of the caller, called within ``submitting``; raises InvalidInput, QuotaExceeded, KeyReused."""
-    state = request.app.state
+    store: Store = request.app.state.store
+    settings: Settings = request.app.state.settings
+    caller: Caller = request.state.caller
+    quota = None
+    if not caller.may(Scope.ADMIN):
+        quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
+    if keep is Keep.NUMBERS:
+        sweep = replace(sweep, bytes=0)
 
     def stored() -> SweepStatus:
-        submission = submission_of(state.settings, request.state.caller, sweep, priority, keep, once)
-        return state.store.sweeps.create(submission)
+        of_the_key = () if quota is None else _of_the_key(settings, quota, sweep, priority, keep)
+        findings = (*_of_the_machine(settings, sweep), *of_the_key)
+        return store.sweeps.create(Submission(sweep, caller.name, priority, keep, once, quota, findings))
 
     return await run_in_threadpool(stored)
 

@@ -15,11 +15,10 @@ import pytest
 from service.api import access
 from service.api.access import Caller, KnownCallers
 from service.api.browsers import BROWSER, FORM
-from service.api.dependencies import submission_of
 from service.api.errors import TooManyRequests
 from service.api.turns import MOST_READING, Places, Turn
 from service.records.expansion import expand
-from service.records.jobs import Scope
+from service.records.jobs import Scope, Submission
 from studies.sweeps.sweep import Sweep
 from tests.service.support.api import SWEEP, Api, ReadersHere, SameFile, every_route, open_api, served
 from tests.service.support.fakes import DEADLINE, wait_until
@@ -252,8 +251,7 @@ def check_that_waiting_leaves_turns(api: Api, url: str, client: httpx.Client, pa
 
 def with_a_result(api: Api) -> str:
     """A sweep of which a run has ended."""
-    submission = submission_of(api.settings, access.WITHOUT_KEY, expand(Sweep.parse(SWEEP), lambda _: 1.0))
-    id = api.store.sweeps.create(submission).id
+    id = api.store.sweeps.create(Submission(expand(Sweep.parse(SWEEP), lambda _: 1.0))).id
     [lease, *_] = api.store.leases.take(2, api.term())
     api.store.leases.finish(lease, api.result(lease.id))
     return id
