@@ -75,7 +75,10 @@ class RequestLog:
         finally:
             if status == ACCEPTED:  # ten thousand runs of a sweep have been here
                 memory.give_back()
-            self._record(scope, status, time.perf_counter() - begin)
+            seconds = time.perf_counter() - begin
+            self._record(scope, status, seconds)
+            for observe in scope["app"].state.at_response:
+                observe(scope, status, seconds)
             REQUEST_ID.reset(token)
 
     def _record(self, scope: Scope, status: int, seconds: float) -> None:
