@@ -122,21 +122,6 @@ def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> Non
         process.communicate()
 
 
-def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:
-    """What somebody finds who asks a server, which ends then."""
-    result: SimpleQueue[Any] = SimpleQueue()
-
-    def act(port: int) -> None:
-        try:
-            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=DEADLINE) as client:
-                result.put(ask(client))
-        finally:
-            os.kill(os.getpid(), signal.SIGTERM)
-
-    serve_until(app, folder, lambda server: once_started(server, act))
-    return result.get(timeout=DEADLINE)
-
-
 def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path) -> None:
     @app.get("/peer")
     def peer(request: Request) -> str:
@@ -144,8 +129,16 @@ def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path
         return request.client.host
 
     forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
-    peer_seen = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
-    assert peer_seen == "127.0.0.1"
+    seen: SimpleQueue[str] = SimpleQueue()
+
+    def ask(port: int) -> None:
+        try:
+            seen.put(httpx.get(f"http://127.0.0.1:{port}/peer", headers=forged, timeout=DEADLINE).json())
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    serve_until(app, tmp_path, lambda server: once_started(server, ask))
+    assert seen.get(timeout=DEADLINE) == "127.0.0.1"
 
 
 def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:
