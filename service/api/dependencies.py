@@ -20,7 +20,7 @@ from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.reading import PARSERS, Given, Made, Posted
 from service.api.schemas import SweepChange
-from service.api.turns import waiting
+from service.api.turns import turn_of
 from service.files.artifacts import Artifacts
 from service.files.disk_space import free_bytes, shown_size
 from service.records.expansion import ExpandedSweep
@@ -88,7 +88,7 @@ PostedDocument = Annotated[Posted, Depends(_posted)]
 async def in_child(request: Request, call: Callable[[*Given], Made], *given: *Given) -> Made:
     """The result of a call in a child process; the request waits for it without a turn. Raises InvalidInput."""
     readers: Readers = request.app.state.readers
-    async with waiting(request), readers.slot(request.state.caller.name):
+    async with turn_of(request).waiting(), readers.slot(request.state.caller.name):
         return await readers.run(call, *given)
 
 
@@ -97,7 +97,7 @@ async def submitting(request: Request) -> AsyncIterator[None]:
     """A block within which a sweep is expanded and stored: those of few requests are in memory at once."""
     readers: Readers = request.app.state.readers
     async with AsyncExitStack() as place:
-        async with waiting(request):
+        async with turn_of(request).waiting():
             await place.enter_async_context(readers.submission(request.state.caller.name))
         yield
 

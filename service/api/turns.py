@@ -1,14 +1,14 @@
 """Turns: which requests compute now, so that no caller keeps the others waiting.
 
 A request holds a turn while it computes, and gives it back while it waits for its client, a child process, a lock or a
-bucket (``waiting``). What has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the
+bucket. What has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the
 event loop stay free.
 """
 
 import math
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import asynccontextmanager
 from typing import ParamSpec, TypeVar
 
 from anyio import CapacityLimiter, Event, fail_after, to_thread
@@ -174,11 +174,6 @@ def turn_of(request: Request) -> Turn:
     """The turn of a request."""
     turn: Turn = request.state.turn
     return turn
-
-
-def waiting(request: Request) -> AbstractAsyncContextManager[None]:
-    """A block in which a request waits and has no turn."""
-    return turn_of(request).waiting()
 
 
 class WaitingThreads:
