@@ -8,13 +8,12 @@ from dataclasses import replace
 from typing import Annotated
 
 from fastapi import Depends, Header, Path, Query, Request, Response, params
-from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller
 from service.api.browsers import body_of
-from service.api.documents import read_json
+from service.api.documents import pointer, read_json
 from service.api.errors import UnsupportedMediaType
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
@@ -103,14 +102,18 @@ async def submitting(request: Request) -> AsyncIterator[None]:
 
 
 async def _change(request: Request) -> SweepChange:
-    """The change of a sweep in the body; raises InvalidInput, RequestValidationError."""
+    """The change of a sweep in the body; raises InvalidInput."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
     document = read_json(await body_of(request, LONGEST_CHANGE))
     try:
         return SweepChange.model_validate(document)
     except ValidationError as error:
-        raise RequestValidationError(error.errors()) from None
+        found = {".".join(map(str, item["loc"])) or "document": item["input"] for item in error.errors()}
+        limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
+        cure = 'send for example {"priority": -10}'
+        findings = [Finding(field, shown(value), limit, cure) for field, value in found.items()]
+        raise InvalidInput(findings, pointers={field: pointer(field, document) for field in found}) from None
 
 
 PatchedSweep = Annotated[SweepChange, Depends(_change)]

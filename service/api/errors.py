@@ -219,14 +219,11 @@ async def _respond_problem(request: Request, error: Exception) -> Response:
 
 
 async def _respond_validation(request: Request, error: Exception) -> Response:
-    """Report what is wrong with a query parameter, a path, or the change of a sweep."""
+    """Report what the framework found in a query parameter or a path."""
     assert isinstance(error, RequestValidationError)
     findings = [
         Finding(
-            ".".join(map(str, item["loc"])) or "document",
-            shown(item.get("input")),
-            item["msg"],
-            "see /docs for the allowed values",
+            ".".join(map(str, item["loc"])), shown(item.get("input")), item["msg"], "see /docs for the allowed values"
         )
         for item in error.errors()
     ]
