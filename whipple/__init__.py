@@ -68,11 +68,9 @@ def run_sweep(
     columns that a person reads, or ``every_column``. A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
-    from service.cli.progress import is_watched, showing_progress
+    from service.cli.progress import watched_progress
 
-    if not is_watched():
-        return _folder_of(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
-    with showing_progress(Path(out).name) as show:
+    with watched_progress(Path(out).name) as show:
         computed = run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column, progress=show)
         return _folder_of(computed)
 

@@ -1,7 +1,5 @@
 """What laws and shots say of a shot, over HTTP."""
 
-from pathlib import Path
-
 from fastapi import APIRouter, Request, Response
 from pydantic import JsonValue
 
@@ -31,10 +29,6 @@ ROUTES = Routes("answers", 61, guarded=(router,), components=_components)
 NETCDF = "application/x-netcdf"
 
 
-def _question_in(file: Path) -> dict[str, Plain]:
-    return read_yaml(file.read_text(encoding="utf-8"), file.name)
-
-
 QUESTION_SCHEMA: dict[str, Plain] = {"schema": {"$ref": COMPONENTS + QUESTION}}
 QUESTION_BODY: dict[str, Plain] = {
     "requestBody": {
@@ -43,7 +37,9 @@ QUESTION_BODY: dict[str, Plain] = {
         "content": {
             "application/json": {
                 **QUESTION_SCHEMA,
-                "examples": {file.stem: {"value": _question_in(file)} for file in examples()},
+                "examples": {
+                    file.stem: {"value": read_yaml(file.read_text(encoding="utf-8"), file.name)} for file in examples()
+                },
             },
             "application/yaml": QUESTION_SCHEMA,
         },

@@ -1,15 +1,12 @@
 """Access control of requests: binding, Host and origin checks, API keys as bearer tokens (RFC 6750), scopes, owners.
 
-A browser on the same machine could be abused in two ways: through a foreign name that resolves to this
-machine (DNS rebinding; visible in ``Host``), and by a page of another site that sends a write (visible in
-``Sec-Fetch-Site`` and ``Origin``).
+A browser on the same machine could be abused through a foreign name that resolves to this machine (DNS rebinding;
+visible in ``Host``), and by a page of another site that sends a write (visible in ``Sec-Fetch-Site`` and ``Origin``).
 
-A request to a loopback name of a service that listens on the loopback comes from a user of this machine and
-needs no key. Every other request needs one, unless it comes from the address of a declared proxy, which has
-authenticated it. A key that is sent always counts: its name owns what is submitted with it, and its scopes
-are the limit. A browser that logged in with a key has a session in its place, whose orders need the token of a page
-too. The store compares secrets as digests; they appear in no log and no response. Where other users of this machine
-are not trusted, a socket takes the place of the loopback: who may open it may write the database too.
+A request to a loopback name of a service that listens on the loopback needs no key, nor does one from the address of a
+declared proxy; every other does. A key that is sent always counts: its name owns what is submitted with it, and its
+scopes are the limit. In its place a browser has a session, whose orders need the token of a page too. Where other users
+of this machine are not trusted, a socket takes the place of the loopback: who may open it may write the database too.
 """
 
 import math
@@ -55,8 +52,6 @@ OWN_SOCKET = "socket"  # in place of the address of a peer that comes through th
 MOST_WRONG_KEYS = 10  # wrong keys that an address may send in a minute, until it has to wait
 MOST_NAMES = 1000  # owners or addresses that are counted one by one in a minute
 
-# --- binding --------------------------------------------------------------------------------------
-
 
 def check_binding(settings: Settings, *, has_keys: bool) -> None:
     """Refuse to listen on a network without keys or a trusted proxy; raises InvalidInput."""
@@ -88,9 +83,6 @@ def _address(text: str) -> IPv4Address | IPv6Address | None:
     with suppress(ValueError):
         return ip_address(text)
     return None
-
-
-# --- hosts and sites ------------------------------------------------------------------------------
 
 
 class Access:
@@ -160,8 +152,6 @@ def _hostname(host: str) -> str:
         return ""
 
 
-# --- callers --------------------------------------------------------------------------------------
-
 # The scopes that each scope includes.
 INCLUDES = {
     Scope.READ: frozenset({Scope.READ}),
@@ -191,14 +181,6 @@ class Caller:
     def owns(self, sweep: SweepStatus) -> bool:
         """Whether the sweep is the caller's own, or the caller has the scope ``admin``."""
         return sweep.owner == self.name or self.may(Scope.ADMIN)
-
-    def check_owns(self, sweep: SweepStatus) -> None:
-        """Raise Forbidden unless the caller owns the sweep."""
-        if not self.owns(sweep):
-            raise Forbidden(
-                f"the sweep was submitted with another key; ask its owner, or use a key with the scope `{Scope.ADMIN}`",
-                scope=Scope.ADMIN,
-            )
 
 
 WITHOUT_KEY = Caller("", frozenset(Scope))  # a user of this machine, or authenticated by the proxy
@@ -251,8 +233,7 @@ def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | N
     session = cookie(request, SESSION)
     if session and (key := request.app.state.store.keys.of_session(session)):
         return Caller.of(key, has_session=True)
-    settings: Settings = request.app.state.settings
-    if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
+    if _needs_no_key(request.scope, request.app.state.settings):
         return WITHOUT_KEY
     raise Unauthorized(
         "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
@@ -293,17 +274,16 @@ def peer_of(scope: types.Scope) -> str:
     return str(getattr(_address(text), "ipv4_mapped", None) or text)
 
 
-def _is_local(scope: types.Scope, settings: Settings) -> bool:
-    """Whether a request to a loopback service names the loopback; any other name came through a proxy."""
-    if peer_of(scope) == OWN_SOCKET:
-        return True
-    host = _hostname(Headers(scope=scope).get("host", ""))
-    return settings.trust_loopback and is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+def _needs_no_key(scope: types.Scope, settings: Settings) -> bool:
+    """Whether a request comes from a user of this machine or from a declared proxy.
 
-
-def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
-    address = _address(peer_of(scope))
-    return address is not None and any(address in network for network in settings.trusted_proxy)
+    One to a loopback service names the loopback: any other name came through a proxy.
+    """
+    peer = peer_of(scope)
+    address, host = _address(peer), _hostname(Headers(scope=scope).get("host", ""))
+    is_from_proxy = address is not None and any(address in network for network in settings.trusted_proxy)
+    is_local = settings.trust_loopback and is_loopback(settings.host) and host in {*LOOPBACK_NAMES, settings.host}
+    return peer == OWN_SOCKET or is_from_proxy or is_local
 
 
 def requires(scope: Scope) -> params.Security:
@@ -315,8 +295,6 @@ Reader = Annotated[Caller, requires(Scope.READ)]
 Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
 Administrator = Annotated[Caller, requires(Scope.ADMIN)]
 
-
-# --- requests and wrong keys of a minute ----------------------------------------------------------
 
 WINDOW = 60.0  # s
 

@@ -65,6 +65,7 @@ def build_app(settings: Settings, store: Store, engine: "Dispatcher") -> FastAPI
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.open_streams = Counter[str]()  # connections that stay open, by the name of their key
     app.state.at_end = []  # functions that are called before connections are closed
+    app.state.at_response = []  # functions that are called with the scope, status and seconds of each request
     app.state.problem_page = None  # makes the page of an error, where a feature with pages offers one
     app.state.requests, app.state.wrong_keys = MinuteCounter(), MinuteCounter()
     app.state.readers, app.state.known_callers = Readers(), KnownCallers()

@@ -14,12 +14,12 @@ from starlette.concurrency import run_in_threadpool
 from service.api.access import Caller
 from service.api.browsers import body_of
 from service.api.documents import pointer, read_json
-from service.api.errors import PayloadTooLarge, UnsupportedMediaType
+from service.api.errors import UnsupportedMediaType
 from service.api.readers import Readers
 from service.api.readiness import ReadinessCheck
 from service.api.reading import PARSERS, Given, Made, Posted
 from service.api.schemas import SweepChange
-from service.api.turns import waiting
+from service.api.turns import turn_of
 from service.files.artifacts import Artifacts
 from service.files.disk_space import free_bytes, shown_size
 from service.records.expansion import ExpandedSweep
@@ -31,9 +31,6 @@ from studies.quantities.findings import Finding, InvalidInput, shown
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
 IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
-
-
-# --- parts of the app -----------------------------------------------------------------------------
 
 
 AppPart = Store | Settings | Artifacts | ReadinessCheck
@@ -68,9 +65,6 @@ def link_next(request: Request, response: Response, cursor: str | None) -> None:
         response.headers["Link"] = f'<{url.path}?{url.query}>; rel="next"'
 
 
-# --- bodies ---------------------------------------------------------------------------------------
-
-
 async def _body(request: Request) -> bytes:
     """The body, up to the size limit, which the framework would report in plain text."""
     return await body_of(request, LONGEST_BODY)
@@ -93,7 +87,7 @@ PostedDocument = Annotated[Posted, Depends(_posted)]
 async def in_child(request: Request, call: Callable[[*Given], Made], *given: *Given) -> Made:
     """The result of a call in a child process; the request waits for it without a turn. Raises InvalidInput."""
     readers: Readers = request.app.state.readers
-    async with waiting(request), readers.slot(request.state.caller.name):
+    async with turn_of(request).waiting(), readers.slot(request.state.caller.name):
         return await readers.run(call, *given)
 
 
@@ -102,30 +96,24 @@ async def submitting(request: Request) -> AsyncIterator[None]:
     """A block within which a sweep is expanded and stored: those of few requests are in memory at once."""
     readers: Readers = request.app.state.readers
     async with AsyncExitStack() as place:
-        async with waiting(request):
+        async with turn_of(request).waiting():
             await place.enter_async_context(readers.submission(request.state.caller.name))
         yield
 
 
-def _change(request: Request, body: RequestBody) -> SweepChange:
+async def _change(request: Request) -> SweepChange:
     """The change of a sweep in the body; raises InvalidInput."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
-    if len(body) > LONGEST_CHANGE:
-        raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE} bytes")
-    document = read_json(body)
+    document = read_json(await body_of(request, LONGEST_CHANGE))
     try:
         return SweepChange.model_validate(document)
     except ValidationError as error:
-        fields = [".".join(map(str, item["loc"])) for item in error.errors()]
+        found = {".".join(map(str, item["loc"])) or "document": item["input"] for item in error.errors()}
         limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
         cure = 'send for example {"priority": -10}'
-        findings = [
-            Finding(field or "document", shown(item["input"]), limit, cure)
-            for field, item in zip(fields, error.errors(), strict=True)
-        ]
-        pointers = {field: pointer(field, document) for field in fields}
-        raise InvalidInput(findings, pointers=pointers) from None
+        findings = [Finding(field, shown(value), limit, cure) for field, value in found.items()]
+        raise InvalidInput(findings, pointers={field: pointer(field, document) for field in found}) from None
 
 
 PatchedSweep = Annotated[SweepChange, Depends(_change)]
@@ -134,8 +122,6 @@ PatchedSweep = Annotated[SweepChange, Depends(_change)]
 def _media_type(request: Request) -> str:
     return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 
-
-# --- submission -----------------------------------------------------------------------------------
 
 Priority = Annotated[
     int, Query(ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first")
@@ -151,26 +137,6 @@ IdempotencyKey = Annotated[
 ]
 
 
-def submission_of(
-    settings: Settings,
-    caller: Caller,
-    sweep: ExpandedSweep,
-    priority: int = 0,
-    keep: Keep = Keep.FINAL,
-    idempotency: tuple[str, str] | None = None,
-) -> Submission:
-    """A sweep of a caller with its options and quota, and why it is refused where waiting does not help."""
-    quota = None
-    if not caller.may(Scope.ADMIN):
-        quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
-    if keep is Keep.NUMBERS:
-        sweep = replace(sweep, bytes=0)
-    findings = [*_of_the_machine(settings, sweep)]
-    if quota is not None:
-        findings += _of_the_key(settings, quota, sweep, priority, keep)
-    return Submission(sweep, caller.name, priority, keep, idempotency, quota, tuple(findings))
-
-
 async def submit(
     request: Request,
     sweep: ExpandedSweep,
@@ -179,11 +145,19 @@ async def submit(
     once: tuple[str, str] | None = None,
 ) -> SweepStatus:
     """Store a sweep of the caller, called within ``submitting``; raises InvalidInput, QuotaExceeded, KeyReused."""
-    state = request.app.state
+    store: Store = request.app.state.store
+    settings: Settings = request.app.state.settings
+    caller: Caller = request.state.caller
+    quota = None
+    if not caller.may(Scope.ADMIN):
+        quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
+    if keep is Keep.NUMBERS:
+        sweep = replace(sweep, bytes=0)
 
     def stored() -> SweepStatus:
-        submission = submission_of(state.settings, request.state.caller, sweep, priority, keep, once)
-        return state.store.sweeps.create(submission)
+        of_the_key = () if quota is None else _of_the_key(settings, quota, sweep, priority, keep)
+        findings = (*_of_the_machine(settings, sweep), *of_the_key)
+        return store.sweeps.create(Submission(sweep, caller.name, priority, keep, once, quota, findings))
 
     return await run_in_threadpool(stored)
 

@@ -1,8 +1,7 @@
 """Strict readers of sweep documents in JSON and YAML, which report line and column of an error.
 
-Beyond the checks of the parsers they refuse repeated names (the first value would be lost silently), YAML's
-references and deep nesting (a short text could expand without bound), YAML's tags, and text that a database or
-a response cannot hold. The time grows linearly with the length of the text: 4 MB take less than a second.
+They also refuse repeated names (the first value would be lost silently), YAML's references, deep nesting (a short text
+could expand without bound) and tags, and text that a database or a response cannot hold. 4 MB take less than a second.
 """
 
 import json

@@ -2,12 +2,11 @@
 
 The strong entity tag of a file is its SHA-256; the file is read to compare it once, and again when its size or a time
 of it changes. Starlette's ``FileResponse`` implements Range and If-Range; If-None-Match (304) and If-Match (412) are
-implemented here, and that an invalid Range is ignored.
+implemented here.
 """
 
 import base64
 import logging
-import re
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -16,8 +15,6 @@ from pathlib import Path, PurePath
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import Headers
-from starlette.types import Receive, Scope, Send
 
 from service.api.errors import FileDamaged, PreconditionFailed
 from service.api.turns import in_waiting_thread
@@ -112,7 +109,7 @@ def _whole_response(request: Request, download: Download) -> Response | None:
     # Weak comparison, section 13.1.2.
     if {"*", tag} & {other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))}:
         return Response(status_code=304, headers=headers)
-    return RangedFile(
+    return FileResponse(
         download.path,
         headers=headers,
         media_type=media_type_of(download.filename),
@@ -151,32 +148,6 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
     with suppress(FilesAway):  # the disk may have it
         return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
     return None
-
-
-RANGES = re.compile(
-    r"bytes=[ \t]*(\d{1,18}-\d{0,18}|-\d{1,18})([ \t]*,[ \t]*(\d{1,18}-\d{0,18}|-\d{1,18}))*[ \t]*", re.I
-)
-
-
-class RangedFile(FileResponse):
-    """A file, or those of its bytes that a request asks for; a ``Range`` that is none is ignored."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if not is_range(Headers(scope=scope).get("range", "")):
-            scope = {**scope, "headers": [(name, value) for name, value in scope["headers"] if name != b"range"]}
-        await super().__call__(scope, receive, send)
-
-
-def is_range(header: str) -> bool:
-    """Whether a ``Range`` is valid and in bytes (RFC 9110, section 14.1.1).
-
-    >>> is_range("bytes=0-4, -3"), is_range("bytes=5-2"), is_range("bytes=x"), is_range("lines=1-2")
-    (True, False, False, False)
-    """
-    if not RANGES.fullmatch(header):
-        return False
-    pairs = re.findall(r"(\d+)-(\d+)", header)
-    return all(int(first) <= int(last) for first, last in pairs)
 
 
 def _tags(header: str) -> set[str]:

@@ -1,8 +1,7 @@
 """Errors as HTTP: one table from exception to status, one format of response (RFC 9457).
 
-Domain code raises exceptions that carry meaning and knows nothing of the web. Here each becomes an
-``application/problem+json`` document, as do the errors that only a request has, which enter the table by themselves.
-Any other exception is a 500 that hides its text; the log has it under the id of the request.
+Errors that only a request has enter the table by themselves. Any other exception is a 500 that hides its text; the log
+has it under the id of the request.
 """
 
 import json
@@ -71,8 +70,8 @@ class ProblemDetails:
 
     @property
     def type(self) -> str:
-        """URI of the kind, which the documentation page explains."""
-        return f"/docs#problem-{self.slug}"
+        """URI of the kind, which the documentation page explains; that of none for an error of HTTP alone."""
+        return f"/docs#problem-{self.slug}" if self.meaning else "about:blank"
 
 
 INTERNAL_ERROR = ProblemDetails(
@@ -208,11 +207,11 @@ def problem_response(request: Request, error: Exception) -> Response:
     """The problem document for an exception of the table, or of a subclass."""
     problem = next(PROBLEMS[kind] for kind in type(error).__mro__ if kind in PROBLEMS)
     if isinstance(error, InvalidInput):
-        return _document(request, problem, _summary(error), _errors(error))
+        return _response(request, problem, _summary(error), _errors(error))
     headers = error.headers if isinstance(error, RequestError) else {}
     if isinstance(error, QuotaExceeded):
         headers = {"Retry-After": str(error.seconds)}
-    return _document(request, problem, str(error), headers=headers)
+    return _response(request, problem, str(error), headers=headers)
 
 
 async def _respond_problem(request: Request, error: Exception) -> Response:
@@ -237,8 +236,7 @@ async def _respond_http(request: Request, error: Exception) -> Response:
     status, headers = HTTPStatus(error.status_code), dict(error.headers or {})
     if status is HTTPStatus.METHOD_NOT_ALLOWED:  # the framework lists the methods of one route only
         headers["Allow"] = ", ".join(_methods(request))
-    body: dict[str, JsonValue] = {"type": "about:blank", "title": status.phrase, "detail": error.detail}
-    return _response(request, status, body, headers)
+    return _response(request, ProblemDetails(status, status.phrase, ""), error.detail, headers=headers)
 
 
 def _methods(request: Request) -> list[str]:
@@ -254,10 +252,10 @@ def _methods(request: Request) -> list[str]:
 async def _respond_unexpected(request: Request, error: Exception) -> Response:
     request_id = request.state.request_id
     log.error("request %s failed", request_id, exc_info=error, extra={"request_id": request_id})
-    return _document(request, INTERNAL_ERROR, "the log of the service has the error under this request_id")
+    return _response(request, INTERNAL_ERROR, "the log of the service has the error under this request_id")
 
 
-def _document(
+def _response(
     request: Request,
     problem: ProblemDetails,
     detail: str,
@@ -265,20 +263,16 @@ def _document(
     *,
     headers: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
-    body: dict[str, JsonValue] = {"type": problem.type, "title": problem.title, "detail": detail, **extra}
-    again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
-    return _response(request, problem.status, body, {**again, **headers})
-
-
-def _response(request: Request, status: int, body: dict[str, JsonValue], headers: dict[str, str]) -> Response:
     request_id = request.state.request_id
-    body |= {"status": status, "instance": request.url.path, "request_id": request_id}
-    headers |= {"X-Request-ID": request_id, "Vary": "Accept"}
+    body: dict[str, JsonValue] = {"type": problem.type, "title": problem.title, "detail": detail, **extra}
+    body |= {"status": problem.status, "instance": request.url.path, "request_id": request_id}
+    again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
+    headers = {**again, **headers, "X-Request-ID": request_id, "Vary": "Accept"}
     page = request.app.state.problem_page
     if page is not None and "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        response: Response = page(request, status, body, headers)
+        response: Response = page(request, problem.status, body, headers)
     else:  # ASCII escapes can carry the lone surrogates that an input may contain
-        response = Response(json.dumps(body), status, headers, MEDIA_TYPE)
+        response = Response(json.dumps(body), problem.status, headers, MEDIA_TYPE)
     add_security_headers(response.headers)  # the response to an unexpected error passes no other middleware
     return response
 

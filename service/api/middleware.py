@@ -1,10 +1,8 @@
 """Around each request: its id and log line; deadlines and a bound on the work of reading it.
 
-Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
-turned every response into a 503. So a head and a body each have a deadline, and when all connections are
-taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
-is bounded too, because it blocks the event loop. A connection has one request under way; one that sends the next
-before its response has come is closed after the response.
+Half-sent requests occupy connections at no cost to their sender, so a head and a body each have a deadline, and when
+all connections are taken, the one whose deadline is nearest makes room. Reading one request blocks the event loop, so
+its computing time is bounded. A connection that sends a request before the last response is closed after that.
 """
 
 import asyncio
@@ -77,7 +75,10 @@ class RequestLog:
         finally:
             if status == ACCEPTED:  # ten thousand runs of a sweep have been here
                 memory.give_back()
-            self._record(scope, status, time.perf_counter() - begin)
+            seconds = time.perf_counter() - begin
+            self._record(scope, status, seconds)
+            for observe in scope["app"].state.at_response:
+                observe(scope, status, seconds)
             REQUEST_ID.reset(token)
 
     def _record(self, scope: Scope, status: int, seconds: float) -> None:

@@ -1,8 +1,7 @@
 """The child processes that read the documents of requests: who gets one, and what happens when one ends.
 
-``service.api.reading`` is what they do. ``anyio.to_process`` starts them when they are needed, a new one in place of
-one that ended, and ends them with the event loop. They work for one request at a time of each API key, so that no
-key keeps the others waiting; a request that finds no child in time is refused with 429.
+``service.api.reading`` is what they do; ``anyio.to_process`` starts and ends them. They work for one request at a time
+of each API key, so that no key keeps the others waiting.
 """
 
 from collections.abc import Callable, Mapping

@@ -37,10 +37,10 @@ class ReadinessCheck:
     engine: "Dispatcher"
     _mutex: threading.Lock = field(default_factory=threading.Lock)
     _last: Future[Readiness] | None = None
-    _ended: float = 0.0  # monotonic
+    _begin: float = 0.0  # monotonic
 
     def result(self) -> Readiness:
-        """What was checked, at most ``REUSE_SECONDS`` ago; raises ServiceNotReady and StoreUnavailable."""
+        """What the last check found, begun at most ``REUSE_SECONDS`` ago; raises ServiceNotReady, StoreUnavailable."""
         try:
             return self._begun().result(TIMEOUT_SECONDS)
         except TimeoutError:
@@ -55,14 +55,14 @@ class ReadinessCheck:
             raise StoreUnavailable(LATE) from None
 
     def _begun(self) -> Future[Readiness]:
-        """A check that goes on or has just ended.
+        """A check that goes on, or has just begun and ended.
 
         It may wait as long as the store does, in a thread that delays neither callers nor the exit.
         """
         with self._mutex:
-            is_old = time.monotonic() - self._ended >= REUSE_SECONDS
+            is_old = time.monotonic() - self._begin >= REUSE_SECONDS
             if self._last is None or (self._last.done() and is_old):
-                self._last = Future()
+                self._last, self._begin = Future(), time.monotonic()
                 threading.Thread(target=self._run, args=(self._last,), daemon=True).start()
             return self._last
 
@@ -75,15 +75,10 @@ class ReadinessCheck:
         return None
 
     def _run(self, future: Future[Readiness]) -> None:
-        # The end is known before the outcome is: who sees that one may ask for the next check at once.
         try:
-            readiness = self._check()
+            future.set_result(self._check())
         except Exception as error:
-            self._ended = time.monotonic()
             future.set_exception(error.with_traceback(None))
-        else:
-            self._ended = time.monotonic()
-            future.set_result(readiness)
 
     def _check(self) -> Readiness:
         self.store.ping()

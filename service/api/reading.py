@@ -88,9 +88,6 @@ def _too_large(limit: str) -> InvalidInput:
     return InvalidInput([Finding("document", f"more than {limit}", f"at most {limit}", cure)])
 
 
-# --- sweeps ---------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Posted:
     """A body as it came, and the most runs that its sweep may have."""

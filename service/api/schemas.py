@@ -58,9 +58,6 @@ REPORT = "Report"  # the component of report.json
 REPORT_SCHEMA = {"$ref": f"{COMPONENTS}{REPORT}"}
 
 
-# --- sweeps ---------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SweepModel(SweepStatus):
     """A sweep: its state, progress and links."""
@@ -99,9 +96,6 @@ class SweepChange(BaseModel):
     priority: int = Field(
         ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"
     )
-
-
-# --- runs -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -147,9 +141,6 @@ class FileModel(Answer):
     def of(cls, run_id: str, file: Stored) -> "FileModel":
         href = f"/v1/runs/{run_id}/files/{file.name}"
         return cls(name=file.name, size=file.size, sha256=file.sha256, href=href)
-
-
-# --- queue and events -----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -211,9 +202,6 @@ class QueueModel(Answer):
             leader=row.leader,
             links={"self": here, action: f"{here}/{action}", "events": f"{here}/events"},
         )
-
-
-# --- catalogue and service ------------------------------------------------------------------------
 
 
 class ParameterModel(Answer):

@@ -1,14 +1,14 @@
 """Turns: which requests compute now, so that no caller keeps the others waiting.
 
-A request holds a turn while it computes, and gives it back while it waits: for its client, a child process, a lock or a
-bucket (``waiting``). Each caller holds few of all turns, and callers whose requests wait get theirs in rotation. What
-has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the event loop stay free.
+A request holds a turn while it computes, and gives it back while it waits for its client, a child process, a lock or a
+bucket. What has to wait in a thread has threads of its own (``in_waiting_thread``), so that those of the
+event loop stay free.
 """
 
 import math
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import asynccontextmanager
 from typing import ParamSpec, TypeVar
 
 from anyio import CapacityLimiter, Event, fail_after, to_thread
@@ -45,7 +45,14 @@ class Places:
     Used in one event loop.
     """
 
-    def __init__(self, most: int, of_a_caller: int, *, waiting: int, waiting_of_a_caller: int):
+    def __init__(
+        self,
+        most: int,
+        of_a_caller: int,
+        *,
+        waiting: int = MOST_WAITING,
+        waiting_of_a_caller: int = MOST_WAITING_OF_A_CALLER,
+    ):
         self._most, self._of_a_caller = most, of_a_caller
         self._most_waiting, self._waiting_of_a_caller = waiting, waiting_of_a_caller
         self._held = Counter[str]()
@@ -169,20 +176,11 @@ def turn_of(request: Request) -> Turn:
     return turn
 
 
-def waiting(request: Request) -> AbstractAsyncContextManager[None]:
-    """A block in which a request waits and has no turn."""
-    return turn_of(request).waiting()
-
-
 class WaitingThreads:
     """Threads for what waits for a bucket or a lock, apart from those that compute."""
 
     def __init__(self) -> None:
-        self._places = Places(
-            *(MOST_THREADS, MOST_THREADS_OF_A_CALLER),
-            waiting=MOST_WAITING,
-            waiting_of_a_caller=MOST_WAITING_OF_A_CALLER,
-        )
+        self._places = Places(MOST_THREADS, MOST_THREADS_OF_A_CALLER)
         self._threads = CapacityLimiter(MOST_THREADS)
 
     async def run(self, caller: str, call: Callable[[], Answer]) -> Answer:
@@ -215,9 +213,8 @@ class Turns:
 
     def __init__(self, app: ASGIApp, callers: KnownCallers):
         self._app, self._callers = app, callers
-        waiting = {"waiting": MOST_WAITING, "waiting_of_a_caller": MOST_WAITING_OF_A_CALLER}
-        self._reading = Places(MOST_READING, MOST_READING_OF_A_CALLER, **waiting)
-        self._writing = Places(MOST_WRITING, MOST_WRITING_OF_A_CALLER, **waiting)
+        self._reading = Places(MOST_READING, MOST_READING_OF_A_CALLER)
+        self._writing = Places(MOST_WRITING, MOST_WRITING_OF_A_CALLER)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http" or scope["path"] in PROBES:

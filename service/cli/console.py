@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
 
 SHORT_ID = 12  # digits of an id in a table; commands take the beginning of an id
-MOST_LINES = 20  # printed lines of a list of runs
 
 
 def say(text: str, *, file: IO[str] | None = None, flush: bool = False) -> None:
@@ -41,9 +40,6 @@ def print_warnings(sweep: "Sweep") -> None:
 
     for warning in warnings_of(sweep):
         say(f"whipple: warning: {warning}", file=sys.stderr)
-
-
-# --- tables and JSON ------------------------------------------------------------------------------
 
 
 def print_json(value: object) -> None:

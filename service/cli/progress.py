@@ -3,7 +3,7 @@
 import math
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -18,9 +18,9 @@ COMPUTED = ("succeeded", "failed")  # states of a computed point
 Show = Callable[["SweepStatus"], None]
 
 
-def is_watched() -> bool:
-    """Whether a person looks on: the error stream is a terminal, or this is a notebook."""
-    return sys.stderr.isatty() or _in_notebook()
+def watched_progress(name: str) -> AbstractContextManager[Show]:
+    """``showing_progress`` where a person looks on, at a terminal or in a notebook; elsewhere nothing is shown."""
+    return showing_progress(name) if sys.stderr.isatty() or _in_notebook() else nullcontext(lambda sweep: None)
 
 
 @contextmanager

@@ -1,9 +1,8 @@
 """Ctrl-C and SIGTERM as requests that a loop checks.
 
-The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of
-the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
-such a callback in this process, and a busy machine collects often.) So the handler only notes the
-request, and wakes the waiting thread. No code between the two can discard it.
+The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of the garbage
+collector runs (a client of Dask has one), it is printed and forgotten. So the handler only notes the request, and wakes
+the waiting thread.
 """
 
 import atexit
@@ -73,10 +72,9 @@ class EndRequest:
 def handling_end_signals(*, end_within: float | None = None) -> Iterator[EndRequest]:
     """Turn Ctrl-C and SIGTERM into requests to end within the block.
 
-    A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread receives
-    signals; in other threads nothing changes. With ``end_within``
-    the process ends with status 0 that many seconds after the first request if it still runs, in
-    the block or after it: for programs that may be killed at any moment, as the service may.
+    A signal that is ignored (``nohup``, a job in the background) stays so; in other threads than the main one nothing
+    changes. With ``end_within`` the process ends with status 0 that many seconds after the first request if it still
+    runs, in the block or after it: for programs that may be killed at any moment, as the service may.
     """
     end_request = EndRequest()
     if threading.current_thread() is not threading.main_thread():

@@ -10,6 +10,7 @@ A service on another machine needs an API key: ``Client(url, key=...)``, or the 
 
 import hashlib
 import json
+import math
 import os
 import re
 import tempfile
@@ -17,16 +18,16 @@ import time
 import uuid
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
 
 import httpx
 
-from service.cli.progress import is_watched, showing_progress
+from service.cli.progress import watched_progress
 from service.client.connection import UNIX, Connection, RequestOptions, ServiceError, Unreachable
-from service.client.remote_cube import open_remote
 from service.client.runs import RunDocument
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
@@ -34,7 +35,7 @@ from service.notebooks.folder import SweepFolder, sweep_table, table
 from service.records.jobs import KEY_VARIABLE, SweepStatus
 from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput, MissingExtra
 from studies.quantities.parameters import Plain
 from studies.sweeps.document import document_of
 
@@ -47,6 +48,7 @@ __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle"
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 DATA_VARIABLE, DEFAULT_DATA = "WHIPPLE_DATA", "whipple-data"  # as in ``service.settings``, which takes 0.15 s
+BLOCK = 1 << 18  # bytes of a request for parts of a cube
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
@@ -138,8 +140,6 @@ class Client:
         """Close the connections."""
         self._connection.close()
 
-    # --- sweeps ----------------------------------------------------------------------------------
-
     def submit(
         self, sweep: SweepSource, *, priority: int = 0, keep: str = "final", idempotency_key: str | None = None
     ) -> "SweepHandle":
@@ -171,8 +171,6 @@ class Client:
         """Every sweep, newest first; or those in a state."""
         return map(SweepStatus.from_json, self._connection.pages("/v1/sweeps", state=state))
 
-    # --- runs ------------------------------------------------------------------------------------
-
     def run(self, id: str) -> RunDocument:
         """A run with its parameters."""
         return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
@@ -196,8 +194,6 @@ class Client:
         """The output of the solver in the last attempt of a run, up to now."""
         return self._connection.request("GET", f"/v1/runs/{id}/log").text
 
-    # --- the queue -------------------------------------------------------------------------------
-
     def queue(self) -> QueueDocument:
         """The queue as a whole: paused, blocked_reason, counts, oldest_queued, leader."""
         return self._connection.json("GET", "/v1/queue")
@@ -209,8 +205,6 @@ class Client:
     def resume(self) -> QueueDocument:
         """Start runs again."""
         return self._connection.json("POST", "/v1/queue/resume")
-
-    # --- catalogue -------------------------------------------------------------------------------
 
     def scenarios(self) -> list[dict[str, Plain]]:
         """Every scenario with its parameters."""
@@ -268,8 +262,6 @@ class SweepHandle:
         except WhippleError as error:
             return table(repr(self), [("error", error)])
 
-    # --- read ------------------------------------------------------------------------------------
-
     def status(self) -> SweepStatus:
         """State, points by state, progress, time left."""
         return SweepStatus.from_json(self._connection.json("GET", self._path))
@@ -290,21 +282,16 @@ class SweepHandle:
         ``on_progress`` is called with each status. Without it a bar shows the progress on a terminal and in a
         notebook, and nothing does elsewhere.
         """
-        if on_progress is None and is_watched():
-            with showing_progress(self.status().name) as show:
-                return self._wait(timeout, show)
-        return self._wait(timeout, on_progress or (lambda status: None))
-
-    def _wait(self, timeout: float | None, on_progress: Callable[[SweepStatus], None]) -> SweepStatus:
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            status = self.status()
-            on_progress(status)
-            if status.is_terminal:
-                return status
-            if deadline is not None and time.monotonic() > deadline:
-                raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
-            time.sleep(POLL_SECONDS)
+        deadline = math.inf if timeout is None else time.monotonic() + timeout
+        with watched_progress(self.status().name) if on_progress is None else nullcontext(on_progress) as show:
+            while True:
+                status = self.status()
+                show(status)
+                if status.is_terminal:
+                    return status
+                if time.monotonic() > deadline:
+                    raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
+                time.sleep(POLL_SECONDS)
 
     def events(self, after: int | None = None) -> Iterator[SweepEvent]:
         """Events of the sweep and its runs: those after a number, then new ones, until the sweep has ended.
@@ -315,8 +302,6 @@ class SweepHandle:
         for message in self._connection.events(f"{self._path}/events", after=last_id):
             number = None if message.id is None else int(message.id)
             yield SweepEvent(message.name, number, json.loads(message.data))
-
-    # --- files -----------------------------------------------------------------------------------
 
     def fetch(self, out: str | Path, *, overwrite: bool = False, every_column: bool = False) -> Path:
         """Download cube and report into a folder, which is returned; raises ServiceError before they exist.
@@ -359,8 +344,6 @@ class SweepHandle:
             self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
             return SweepFolder(folder).plot()
 
-    # --- commands --------------------------------------------------------------------------------
-
     def cancel(self) -> SweepStatus:
         """Stop the sweep; the results so far are published."""
         return self._command("POST", "/cancel")
@@ -383,6 +366,24 @@ class SweepHandle:
 
     def _command(self, method: str, path: str, **options: Unpack[RequestOptions]) -> SweepStatus:
         return SweepStatus.from_json(self._connection.json(method, f"{self._path}{path}", **options))
+
+
+def open_remote(url: str, headers: Mapping[str, str]) -> "DataTree":
+    """The dataset at an address; closing it closes the connection. Raises MissingExtra and InvalidInput."""
+    try:
+        import fsspec
+
+        # fsspec and xarray would import these later.
+        for name in ("aiohttp", "h5netcdf"):
+            import_module(name)
+    except ImportError as error:
+        raise MissingExtra(
+            f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; or fetch the cube"
+        ) from None
+    from studies.cubes.opening import open_file
+
+    file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
+    return open_file(file.open(), url)
 
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> RequestOptions:

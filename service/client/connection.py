@@ -1,8 +1,7 @@
 """Requests of the client: repeated after a lost connection, with errors as exceptions.
 
-An address that never responded fails at once: it is wrong, or no service runs there. One that has responded may
-be restarting: it is asked again for ``patience`` seconds when its connection breaks or when it reports a
-temporary failure. Every request may be sent twice: a submission has an idempotency key, and every other command
+An address that never responded fails at once; one that has responded may be restarting, and is asked again for
+``patience`` seconds. Every request may be sent twice: a submission has an idempotency key, and every other command
 names a state, not a change.
 """
 
@@ -42,22 +41,14 @@ class RequestOptions(TypedDict, total=False):
 class ServiceError(WhippleError):
     """The service refused a request, or failed; ``status`` is the HTTP status."""
 
-    def __init__(self, status: int, title: str, detail: str):
+    def __init__(self, status: int, title: str, detail: str, retry_after: str = ""):
         super().__init__(f"{title}: {detail}" if detail else title)
         self.status = status
+        self.seconds = float(retry_after) if retry_after.isdigit() else 0.0  # until it may pass
 
 
 class Unreachable(WhippleError):
     """No service responds at the address."""
-
-
-class _Temporary(Exception):
-    """An error that may pass: the database is locked, the service restarts, too many clients ask."""
-
-    def __init__(self, error: Exception, retry_after: str):
-        super().__init__(str(error))
-        self.error = error
-        self.seconds = float(retry_after) if retry_after.isdigit() else 0.0
 
 
 class Connection:
@@ -101,7 +92,7 @@ class Connection:
             def attempt(_repeated: bool) -> None:
                 # A redirect leads to the bucket of the service, and has the digest of the file.
                 with self._http.stream("GET", path, follow_redirects=True) as response:
-                    self._check_stream(response)
+                    self._check(response)
                     digest = _write(response, part)
                 tag = (response.history or [response])[0].headers.get("etag")
                 if check is not None:
@@ -118,23 +109,22 @@ class Connection:
 
         A stream that breaks is resumed: every message arrives once.
         """
-        retries, pause = _Retries(self._patience), FIRST_PAUSE
+        retries = _Retries(self._patience)
         while True:
             position = {} if after is None else {"Last-Event-ID": after}
             headers = {"Accept": "text/event-stream", **position}
             try:
                 with self._http.stream("GET", path, headers=headers, timeout=STREAM_TIMEOUT) as response:
-                    self._check_stream(response)
+                    self._check(response)
                     retries = _Retries(self._patience)
                     for message in server_events(response.iter_lines()):
-                        after, pause = message.id or after, message.retry or pause
-                        if message.data:
-                            yield message
+                        after = message.id or after
+                        yield message
                         if message.name == "end":
                             return
                 # Closed in order: the service stops.
-                time.sleep(min(pause, LONGEST_PAUSE))
-            except (httpx.TransportError, _Temporary) as error:
+                time.sleep(FIRST_PAUSE)
+            except (httpx.TransportError, ServiceError) as error:
                 self._wait(retries, error)
 
     def request(self, method: str, path: str, **options: Unpack[RequestOptions]) -> httpx.Response:
@@ -156,32 +146,24 @@ class Connection:
         while True:
             try:
                 return attempt(retries.count > 0)
-            except (httpx.TransportError, _Temporary) as error:
+            except (httpx.TransportError, ServiceError) as error:
                 self._wait(retries, error)
             except httpx.InvalidURL as error:
                 raise Unreachable(f"{self.url!r} is not an address ({error}); write http://HOST:PORT") from error
-
-    def _check_stream(self, response: httpx.Response) -> None:
-        if response.is_error:
-            response.read()
-        self._check(response)
 
     def _check(self, response: httpx.Response) -> None:
         """Raise the error that a response reports."""
         is_problem = "problem+json" in response.headers.get("content-type", "")
         self._has_responded |= is_problem or not response.is_error
-        if not response.is_error:
-            return
-        error = _error_of(response)
-        if response.status_code in TEMPORARY and self._has_responded:
-            raise _Temporary(error, response.headers.get("retry-after", ""))
-        raise error
+        if response.is_error:
+            response.read()  # of a stream
+            raise _error_of(response)
 
-    def _wait(self, retries: "_Retries", error: "httpx.TransportError | _Temporary") -> None:
+    def _wait(self, retries: "_Retries", error: httpx.TransportError | ServiceError) -> None:
         """Wait before another attempt; raises the error if there is to be none."""
-        if isinstance(error, _Temporary):
-            if not retries.wait(error.seconds):
-                raise error.error
+        if isinstance(error, ServiceError):
+            if error.status not in TEMPORARY or not self._has_responded or not retries.wait(error.seconds):
+                raise error
             return
         may_return = self._has_responded or isinstance(error, BROKEN)
         if isinstance(error, httpx.UnsupportedProtocol) or not may_return or not retries.wait():
@@ -211,14 +193,15 @@ class _Retries:
 
 def _error_of(response: httpx.Response) -> WhippleError:
     """The exception for a problem document, or for an error page of another program."""
+    status, retry_after = response.status_code, response.headers.get("retry-after", "")
     try:
         problem = response.json()
         findings = [Finding(*(item[field.name] for field in fields(Finding))) for item in problem.get("errors") or ()]
         if findings:
             return InvalidInput(findings, more=int(problem.get("more_errors") or 0))
-        return ServiceError(response.status_code, problem["title"], problem.get("detail") or "")
+        return ServiceError(status, problem["title"], problem.get("detail") or "", retry_after)
     except (ValueError, KeyError, TypeError, AttributeError):
-        return ServiceError(response.status_code, f"HTTP {response.status_code}", response.text[:200])
+        return ServiceError(status, f"HTTP {status}", response.text[:200], retry_after)
 
 
 def _write(response: httpx.Response, file: Path) -> str:
@@ -231,9 +214,6 @@ def _write(response: httpx.Response, file: Path) -> str:
     return digest.hexdigest()
 
 
-# --- server-sent events ---------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class ServerEvent:
     """A message of an event stream."""
@@ -241,7 +221,6 @@ class ServerEvent:
     name: str  # "message" unless the stream names it
     id: str | None  # None leaves the position of the client as it is
     data: str
-    retry: float | None = None  # s, until a client reconnects
 
 
 def server_events(lines: Iterable[str]) -> Iterator[ServerEvent]:
@@ -262,12 +241,6 @@ def server_events(lines: Iterable[str]) -> Iterator[ServerEvent]:
             elif name:
                 values[name] = value
             continue
-        if data or "retry" in values:
-            retry = values.get("retry", "")
-            yield ServerEvent(
-                name=values.get("event", "message"),
-                id=values.get("id"),
-                data="\n".join(data),
-                retry=float(retry) / 1000 if retry.isdigit() else None,
-            )
+        if data:
+            yield ServerEvent(values.get("event", "message"), values.get("id"), "\n".join(data))
         values, data = {}, []

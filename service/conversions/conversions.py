@@ -1,8 +1,7 @@
 """Files that are made when they are asked for, each by a child process and cached under the digest of its inputs: cubes
 and reports of unfinished sweeps, results in the formats of other programs, and what pages draw of a run.
 
-The API process opens no dataset, because netCDF4 crashes when threads share it. The child reads its inputs from stdin
-and writes one file, within limits of time and memory, and gives way to all others. Few children work at once, for each
+The API process opens no dataset, because netCDF4 crashes when threads share it. Few children work at once, for each
 caller one, and whoever waits for them has no turn and no thread.
 """
 
@@ -83,14 +82,6 @@ class MadeFile:
     age: float | None = None  # s; of results so far that were put together for an earlier request
 
 
-@dataclass(frozen=True)
-class LatestPart:
-    """The latest file of the results so far of a large sweep."""
-
-    ended: float  # monotonic
-    file: MadeFile | None  # None: it could not be made
-
-
 class Conversions:
     """The cache of these files; each caller makes one at a time."""
 
@@ -108,14 +99,15 @@ class Conversions:
         self._memory = memory
         self._places = Places(MOST_AT_ONCE, 1, waiting=MOST_WAITING, waiting_of_a_caller=MOST_WAITING_OF_A_CALLER)
         self._under_way: dict[Path, anyio.Event] = {}
-        self._parts: dict[tuple[str, str], LatestPart] = {}  # by sweep and kind, of the last minute
+        # The results so far of large sweeps, by sweep and kind, with the time (monotonic) when they were made.
+        self._parts: dict[tuple[str, str], tuple[float, MadeFile]] = {}
 
     async def partial(
         self, kind: str, sweep: str, gather: Callable[[], FileInputs], turn: Turn, *, is_large: bool
     ) -> MadeFile:
         """The cube (or the report) of the results so far of a sweep, which ``gather`` names; raises as ``file`` does.
 
-        That of a large sweep is made once a minute: until then it is the last one, or Busy where that failed.
+        That of a large sweep is made once a minute: until then it is the last one.
         """
 
         async def latest() -> MadeFile | None:
@@ -124,16 +116,11 @@ class Conversions:
         part = await latest()
         if part is not None:
             return part
-        inputs = await run_in_threadpool(gather)
-        try:
-            made = await self._file(kind, inputs, turn, latest)
-        except ConversionFailed:
-            self._parts[sweep, kind] = LatestPart(time.monotonic(), None)
-            raise
+        made = await self._file(kind, await run_in_threadpool(gather), turn, latest)
         if made.age is None:
             now = time.monotonic()
-            self._parts = {key: part for key, part in self._parts.items() if now - part.ended < self._part_seconds}
-            self._parts[sweep, kind] = LatestPart(now, made)
+            recent = {key: part for key, part in self._parts.items() if now - part[0] < self._part_seconds}
+            self._parts = {**recent, (sweep, kind): (now, made)}
         return made
 
     async def file(
@@ -147,16 +134,12 @@ class Conversions:
         return await self._file(kind, {"files": files, "options": options}, turn)
 
     async def _latest_part(self, sweep: str, kind: str) -> MadeFile | None:
-        """The latest results so far, if they are not a minute old; raises Busy where they could not be made."""
-        latest = self._parts.get((sweep, kind))
-        age = math.inf if latest is None else time.monotonic() - latest.ended
-        if latest is None or age >= self._part_seconds:
+        """The latest results so far, if they are whole and not a minute old."""
+        ended, made = self._parts.get((sweep, kind), (-math.inf, None))
+        age = time.monotonic() - ended
+        if made is None or age >= self._part_seconds or await run_in_threadpool(_whole, made.path) is None:
             return None
-        if latest.file is None:
-            seconds = math.ceil(self._part_seconds - age)
-            raise Busy("the results so far could not be put together a moment ago", {"Retry-After": str(seconds)})
-        is_whole = await run_in_threadpool(_whole, latest.file.path) is not None
-        return replace(latest.file, age=age) if is_whole else None
+        return replace(made, age=age)
 
     async def _file(
         self, kind: str, inputs: FileInputs, turn: Turn, other: Callable[[], Awaitable[MadeFile | None]] | None = None

@@ -1,20 +1,29 @@
 """The cube as Zarr, and files of the results so far."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Unpack
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from service.api.dependencies import AppStore, SweepId
-from service.api.downloads import Download, bring_back, serves
+from service.api.downloads import Download, bring_back, send_file, serves
 from service.api.errors import NotReady
 from service.api.routes import Routes
 from service.api.routes.files import absent, plain, progress_of
 from service.api.turns import turn_of
-from service.conversions.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, FileInputs, MadeFile
-from service.conversions.sending import send_made
+from service.conversions.conversions import (
+    LARGE,
+    PARTIAL,
+    PARTIAL_REPORT,
+    Conversions,
+    FileInputs,
+    FileOptions,
+    MadeFile,
+)
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
-from service.records.jobs import SweepStatus
+from service.records.jobs import Stored, SweepStatus
 from service.store import Store
 from studies.quantities.files import CUBE, REPORT_HTML, ZARR
 
@@ -38,6 +47,23 @@ async def get_cube_zarr(id: SweepId, request: Request, store: AppStore) -> Respo
     if stored is None:
         raise absent(sweep, CUBE)
     return await send_made(request, "zarr.zip", [stored], f"{plain(sweep.name)}-{ZARR}", is_attachment=True)
+
+
+async def send_made(
+    request: Request,
+    kind: str,
+    sources: Sequence[Stored],
+    filename: str,
+    *,
+    is_attachment: bool = False,
+    headers: Mapping[str, str] = MappingProxyType({}),
+    **options: Unpack[FileOptions],
+) -> Response:
+    """The response with a file of a kind (``conversions.makers``) that is made from stored files."""
+    conversions: Conversions = request.app.state.conversions
+    await bring_back(request, *sources)
+    made = await conversions.file(kind, sources, request.app.state.artifacts, turn_of(request), **options)
+    return await send_file(request, Download(made.path, filename, made.sha256, is_attachment, headers))
 
 
 async def so_far(

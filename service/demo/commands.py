@@ -14,7 +14,6 @@ from service.cli.commands import LOCAL, Commands
 from service.cli.commands.computing import say_outcome
 from service.cli.options import Out, Threads, folder_of, settings_of
 from service.cli.progress import showing_progress
-from solver.errors import WhippleError
 from solver.registry import entries
 from studies.quantities.parameters import Plain
 from studies.sweeps import examples
@@ -29,7 +28,6 @@ Examples = Annotated[
 EveryExample = Annotated[bool, typer.Option("--all", help="Every example that ships.")]
 
 DEMO = ("holes", "craters")  # which share their kernels
-KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
 
 @app.command()
@@ -72,9 +70,11 @@ def _compile_kernels(documents: Sequence[Mapping[str, Plain]], begin: float) -> 
     ]
     # In a child process, because this one never loads the solver.
     child = subprocess.run(
-        [sys.executable, *KERNELS], check=False, input=json.dumps([*documents, *thesis]), capture_output=True, text=True
+        [sys.executable, "-m", "studies.sweeps.kernels"],
+        check=True,
+        input=json.dumps([*documents, *thesis]),
+        stdout=subprocess.PIPE,
+        text=True,
     )
-    if child.returncode:
-        raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
     seconds = time.perf_counter() - begin
     print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)

@@ -1,15 +1,16 @@
-"""The cost of a sweep on this machine: ``whipple estimate``, and ``whipple.estimate``."""
+"""The cost of a sweep, on this machine (``whipple estimate``, ``whipple.estimate``) and in a child process."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from service.api.reading import Posted, doubts_about
 from studies.quantities.display import duration
+from studies.sweeps.cost import Cost, PresetCost, SweepCost, cost_of, presets_of, sweep_cost
 from studies.sweeps.document import document_of
-
-if TYPE_CHECKING:
-    from studies.sweeps.cost import Cost, PresetCost
+from studies.sweeps.reading import SweepLimits
+from studies.sweeps.sweep import Sweep
 
 
 @dataclass(frozen=True, repr=False)
@@ -17,8 +18,8 @@ class Estimated:
     """The cost of a sweep, as it is and at each accuracy; a notebook shows it in words."""
 
     name: str
-    cost: "Cost"
-    presets: "tuple[PresetCost, ...]"
+    cost: Cost
+    presets: tuple[PresetCost, ...]
     warnings: tuple[str, ...]  # doubts about points and constants that are allowed and hardly useful
 
     def __repr__(self) -> str:
@@ -37,7 +38,7 @@ class Estimated:
             yield f"  accuracy: {in_percent(preset.error)} ({preset.name})".ljust(28) + text
 
 
-def _in_words(cost: "Cost") -> str:
+def _in_words(cost: Cost) -> str:
     time, size = duration(cost.core_seconds), cost.bytes / 1e6
     memory = f"{cost.memory / 1e6:.0f} MB of memory a run"
     return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
@@ -54,11 +55,26 @@ def estimate(document: Mapping[str, Any] | str | Path, *, accuracy: str | float 
     2
     """
     from service.settings import Settings
-    from studies.sweeps.cost import cost_of, presets_of
-    from studies.sweeps.reading import SweepLimits
-    from studies.sweeps.sweep import Sweep
-    from studies.sweeps.warnings import warnings_of
 
     limit = Settings().max_runs
     sweep = Sweep.parse(document_of(document, accuracy=accuracy), SweepLimits(max_runs=limit))
-    return Estimated(sweep.name, cost_of(sweep), tuple(presets_of(sweep, limit)), tuple(warnings_of(sweep)))
+    return Estimated(sweep.name, cost_of(sweep), tuple(presets_of(sweep, limit)), tuple(doubts_about(sweep)))
+
+
+@dataclass(frozen=True)
+class EstimatedSweep:
+    scenario: str
+    cost: SweepCost
+    warnings: list[str]
+    presets: list[PresetCost]
+
+
+def estimated(posted: Posted) -> EstimatedSweep:
+    """The cost of the sweep of a body; raises InvalidInput with every error."""
+    with posted.document() as document:
+        return estimated_sweep(Sweep.parse(document, SweepLimits(posted.max_runs)), posted.max_runs)
+
+
+def estimated_sweep(sweep: Sweep, max_runs: int) -> EstimatedSweep:
+    """The cost of a sweep, and of its presets of at most so many runs; raises InvalidInput."""
+    return EstimatedSweep(sweep.scenario, sweep_cost(sweep), doubts_about(sweep), [*presets_of(sweep, max_runs)])

@@ -8,7 +8,7 @@ from service.api.dependencies import PostedDocument, in_child
 from service.api.routes import Routes
 from service.api.routes.sweeps import SWEEP_BODY
 from service.api.schemas import Answer
-from service.estimates.reading import EstimatedSweep, estimated
+from service.estimates.estimate import EstimatedSweep, estimated
 from service.store import Store
 from studies.sweeps.cost import OF_SWEEP, PresetCost
 

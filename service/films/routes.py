@@ -8,7 +8,7 @@ from starlette.concurrency import run_in_threadpool
 from service.api.dependencies import AppStore, RunId, in_child
 from service.api.downloads import bring_back, serves
 from service.api.routes import Routes
-from service.conversions.sending import send_made
+from service.conversions.routes import send_made
 from service.files.artifacts import Artifacts
 from service.films.files import packed_view
 from service.records.jobs import VIEWS, NotFound

@@ -1,17 +1,13 @@
 """Constants of a material from Taylor bars that were shot; no service is needed."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from service.cli.commands import SHOTS, Commands
 from service.cli.commands.computing import compute
 from service.cli.options import SUCCESS, Out, folder_of
-
-if TYPE_CHECKING:
-    from studies.fits.calibration.shots import BarStrains
-    from studies.materials import Material
 
 app = typer.Typer()
 COMMANDS = Commands("calibrating", SHOTS, app, place=1)
@@ -36,8 +32,13 @@ def calibrate(
     calibration.nc, material.toml, materials.yaml for a sweep, and calibration.png.
     """
     from studies import materials
-    from studies.fits.calibration.design import sweep_of
-    from studies.fits.calibration.posterior import check_extras
+    from studies.cubes.opening import whole_cube
+    from studies.fits.calibration import results
+    from studies.fits.calibration.design import prior_of, sweep_of
+    from studies.fits.calibration.emulator import emulator_of
+    from studies.fits.calibration.picture import draw
+    from studies.fits.calibration.posterior import Calibration, check_extras, posterior_of
+    from studies.fits.calibration.prediction import leave_series_out, predict
     from studies.fits.calibration.shots import read_shots
 
     check_extras()
@@ -46,30 +47,18 @@ def calibrate(
     document = sweep_of(metal, strains)
     folder = folder_of(out)
     compute(document, BARS, folder_of(folder / BARS), keep="numbers")
-    _calibrate(folder, shots, metal, strains, leave_out=leave_out)
-    raise typer.Exit(SUCCESS)
-
-
-def _calibrate(folder: Path, table: str, material: "Material", shots: "BarStrains", *, leave_out: bool) -> None:
-    from studies.cubes.opening import whole_cube
-    from studies.fits.calibration import results
-    from studies.fits.calibration.design import prior_of
-    from studies.fits.calibration.emulator import emulator_of
-    from studies.fits.calibration.picture import draw
-    from studies.fits.calibration.posterior import Calibration, posterior_of
-    from studies.fits.calibration.prediction import leave_series_out, predict
-
     cube = whole_cube(folder / BARS)
-    emulators = {name: emulator_of(cube, shots.diameter, name) for name in shots.names}
-    calibration = Calibration(shots, emulators, prior_of(material))
+    emulators = {name: emulator_of(cube, strains.diameter, name) for name in strains.names}
+    calibration = Calibration(strains, emulators, prior_of(metal))
     posterior = posterior_of(calibration)
-    predicted = predict(posterior, shots)
-    print(f"{material.name} from {table}")
+    predicted = predict(posterior, strains)
+    print(f"{metal.name} from {shots}")
     for sentence in results.sentences(posterior, predicted):
         print(f"  {sentence}")
     if leave_out:
         for sentence in results.sentences_left_out(leave_series_out(calibration)):
             print(f"  {sentence}", flush=True)
-    for file in results.write(folder, material, posterior, predicted, Path(table).stem):
+    for file in results.write(folder, metal, posterior, predicted, Path(shots).stem):
         print(f"written: {file}")
     print(f"written: {draw(posterior, predicted, folder / 'calibration.png')}")
+    raise typer.Exit(SUCCESS)

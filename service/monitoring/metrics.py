@@ -9,7 +9,7 @@ from collections import Counter as Counts
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI, Request, Response
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -26,11 +26,13 @@ from prometheus_client.metrics_core import (
     Metric,
 )
 from prometheus_client.registry import Collector
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import Scope
 
 from service import version
 from service.api.middleware import method_of, route_of
 from service.api.readiness import ReadinessCheck
+from service.api.routes import Routes
+from service.api.turns import in_waiting_thread
 from service.records.jobs import RUN_SECONDS, RUN_STATES, UNSUCCESSFUL, Cause, Kind, RunTally, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
@@ -43,12 +45,11 @@ REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0
 
 
 class Metrics:
-    """All metrics of a service, in one registry; the middleware that counts requests."""
+    """All metrics of a service, in one registry."""
 
-    def __init__(self, app: ASGIApp, service: FastAPI):
+    def __init__(self, service: FastAPI):
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
-        self._app = app
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "whipple_http_requests",
@@ -67,25 +68,13 @@ class Metrics:
         state = service.state
         self._registry.register(_ServiceMetrics(state.store, state.engine, state.open_streams, state.readiness))
         state.metrics = self
+        state.at_response.append(self._count)
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        begin, status = time.perf_counter(), 500  # stays 500 if an exception escapes
-
-        async def send_counted(message: Message) -> None:
-            nonlocal status
-            if message["type"] == "http.response.start":
-                status = message["status"]
-            await send(message)
-
-        try:
-            await self._app(scope, receive, send_counted)
-        finally:
-            route, method = route_of(scope), method_of(scope)
-            self._requests.labels(route, method, str(status)).inc()
-            self._seconds.labels(route, method).observe(time.perf_counter() - begin)
+    def _count(self, scope: Scope, status: int, seconds: float) -> None:
+        """Count a request that was responded to."""
+        route, method = route_of(scope), method_of(scope)
+        self._requests.labels(route, method, str(status)).inc()
+        self._seconds.labels(route, method).observe(seconds)
 
     def text(self) -> bytes:
         """All metrics in the text format of Prometheus; waits for the database as long as the readiness check does."""
@@ -165,3 +154,16 @@ def _run_seconds(results: Sequence[RunTally]) -> Metric:
         buckets=list(zip(edges, counts, strict=True)),
         sum_value=sum(tally.seconds for tally in results),
     )
+
+
+router = APIRouter(tags=["operations"])
+ROUTES = Routes("monitoring", 1, guarded=(router,), prepare=Metrics)
+
+
+@router.get(
+    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+)
+async def show_metrics(request: Request) -> Response:
+    """Metrics for Prometheus: runs by state, queue, attempts, requests."""
+    metrics: Metrics = request.app.state.metrics
+    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)

@@ -8,29 +8,20 @@ from urllib.parse import urlencode
 
 from markupsafe import Markup
 
+from studies.reports.figure import Scale, Series
+
 MOST_LINES = 8  # in as many colours
 WIDTH, HEIGHT = 480, 330  # px of an image until it is there; its height then follows its legend
 
 
 @dataclass(frozen=True)
-class ChartLine:
-    """Points in SI; None where there is none."""
-
-    label: str
-    x: Sequence[float | None]
-    y: Sequence[float | None]
-    uncertainty: Sequence[float | None] = ()  # half lengths of error bars
-
-
-@dataclass(frozen=True)
 class Chart:
-    """Lines over a common abscissa; each axis has a name, a label and an SI unit."""
+    """Lines over a common abscissa."""
 
     title: str
-    x: tuple[str, str, str | None]
-    y: tuple[str, str, str | None]
-    lines: Sequence[ChartLine]
-    marked: bool = False  # whether each point has a mark
+    x: Scale
+    y: Scale
+    lines: Sequence[Series]  # of the kind ``quantity`` with a mark for each point, else ``history``
 
     @property
     def is_empty(self) -> bool:
@@ -52,4 +43,4 @@ class Chart:
         tag = Markup('<img class="chart" src="{}" alt="{}" width="{}" height="{}" loading="lazy">{}')
         more = len(self.lines) - MOST_LINES
         note = Markup("<p>{} of {} lines are drawn.</p>").format(MOST_LINES, len(self.lines)) if more > 0 else ""
-        return tag.format(address, f"{self.title} against {self.x[1]}", WIDTH, HEIGHT, note)
+        return tag.format(address, f"{self.title} against {self.x.label}", WIDTH, HEIGHT, note)

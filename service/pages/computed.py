@@ -1,8 +1,10 @@
-"""What child processes compute for pages: sweeps that are made of a stored one, and drawings."""
+"""What child processes compute for pages: sweeps that are made of a stored one, answers of laws, and drawings."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+from markupsafe import Markup
 
 from service.api.reading import expanded_sweep
 from service.pages.charts import Chart
@@ -10,7 +12,7 @@ from service.pages.forms import read_value
 from service.records.expansion import ExpandedSweep
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import Plain, Value
-from studies.reports.figure import Scale, Series, SeriesKind
+from studies.reports.figure import Figure
 from studies.sweeps.longer import with_values
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -38,6 +40,37 @@ def alone(
         cure = "submit its sweep again: results of different versions stay separate"
         raise InvalidInput([Finding("run", id, "a run of this version of the physics", cure)])
     return expanded
+
+
+@dataclass(frozen=True)
+class AnsweredForm:
+    """What laws and shots say of the shot of a form, as HTML; or what is wrong with the form."""
+
+    findings: tuple[Finding, ...]
+    headline: str = ""
+    body: str = ""
+    sheet: str = ""  # the same as a page by itself
+
+
+def answered_form(fields: Mapping[str, str]) -> AnsweredForm:
+    """The answer to the shot of a form, whose fields have one value each."""
+    from studies.answers import answer, page, question
+    from studies.reports.drawing.charts import of_page
+    from studies.reports.drawing.images import as_images
+
+    try:
+        asked = question.read_question(fields)
+    except InvalidInput as error:
+        return AnsweredForm(error.findings)
+
+    def drawn(figure: Figure) -> Markup:
+        images = zip(("wide", "narrow"), as_images(of_page(figure, "answer")), strict=True)
+        tag = '<img class="chart {}" src="{}" alt="{}">'
+        return Markup("").join(Markup(tag).format(width, image, figure.title) for width, image in images)
+
+    [given] = answer.answers(asked)
+    shot = asked.shot(asked.fixed)
+    return AnsweredForm((), given.headline(), page.body(given, shot, drawn), page.page(given, shot))
 
 
 def drawn_material(name: str) -> list[tuple[str, str]]:
@@ -81,7 +114,5 @@ def drawn_chart(chart: Chart) -> str:
     from studies.reports.drawing.charts import lines
     from studies.reports.drawing.images import as_files
 
-    kind: SeriesKind = "quantity" if chart.marked else "history"
-    series = [Series(kind, line.label, tuple(line.x), tuple(line.y), tuple(line.uncertainty)) for line in chart.lines]
-    [svg] = as_files(lines(chart.title, Scale(*chart.x), Scale(*chart.y), series))
+    [svg] = as_files(lines(chart.title, chart.x, chart.y, chart.lines))
     return svg

@@ -14,7 +14,7 @@ import yaml
 
 from service.api.documents import read_yaml
 from service.api.reading import expanded_sweep
-from service.estimates.reading import EstimatedSweep, estimated_sweep
+from service.estimates.estimate import EstimatedSweep, estimated_sweep
 from service.records.expansion import ExpandedSweep
 from studies import scenarios
 from studies.observations import written
@@ -180,9 +180,6 @@ def _written(is_text: bool, value: Plain) -> str:
     values = value if isinstance(value, list) and len(value) > 1 else [value]
     text: str = yaml.safe_dump(values, default_flow_style=True, sort_keys=False, allow_unicode=True, width=WIDEST)
     return text.strip()[1:-1]
-
-
-# --- drawing --------------------------------------------------------------------------------------
 
 
 def _setup(sweep: Sweep) -> tuple[str, str] | None:

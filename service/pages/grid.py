@@ -9,18 +9,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 
-from service.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
 from studies.quantities.display import kind_of, printed_beside
 from studies.quantities.parameters import Plain, Value, declared
 from studies.quantities.units import readable
+from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_CELLS = 400
 MOST_LISTED = 100  # points of a list
-NO_CHART = Chart("", ("", "", None), ("", "", None), ())
+NO_CHART = Chart("", Scale("", "", None), Scale("", "", None), ())
 SHADES = 5  # of the colour of a value, between the smallest and the largest that are shown
 
 
@@ -168,12 +169,15 @@ def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, hig
         percent = cell.state is State.RUNNING and cell.fraction is not None
         text = f"{cell.fraction:.0%}" if percent else "no value" if cell.state is State.SUCCEEDED else cell.state.value
         return ShownCell(cell.run_id, cell.state, text, None, place)
-    if quantity.is_outcome:
-        text = quantity.outcomes[round(cell.value)]
-    else:
-        text = printed_beside(cell.value, kind_of(quantity.unit), cell.uncertainty)
     shade = min(SHADES - 1, int((cell.value - low) / (high - low) * SHADES)) if high > low else 0
-    return ShownCell(cell.run_id, cell.state, text, shade, place)
+    return ShownCell(cell.run_id, cell.state, printed(quantity, cell.value, cell.uncertainty), shade, place)
+
+
+def printed(quantity: Measurement, value: float | None, uncertainty: float | None) -> str:
+    """A measured value as people read it, in the words of an outcome or the unit of its column."""
+    if quantity.is_outcome and value is not None:
+        return quantity.outcomes[round(value)]
+    return printed_beside(value, kind_of(quantity.unit), uncertainty)
 
 
 def in_words(scenario: str, coordinates: Mapping[str, Value]) -> str:
@@ -221,6 +225,7 @@ def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: s
             return NO_CHART
         points.sort(key=itemgetter(0))
         label = f"{across.label} {across.texts[column]}" if across else quantity.title
-        lines.append(ChartLine(label, *([point[k] for point in points] for k in range(3))))
-    x = along.name, along.label, unit_of(scenario, along.name) or "1"
-    return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)
+        x, y, bars = (tuple(point[k] for point in points) for k in range(3))
+        lines.append(Series("quantity", label, x, y, bars))
+    across_rows = Scale(along.name, along.label, unit_of(scenario, along.name) or "1")
+    return Chart(quantity.title, across_rows, Scale(name, quantity.title, quantity.unit), lines)

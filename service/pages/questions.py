@@ -11,9 +11,9 @@ from urllib.parse import urlencode
 from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
 
-from service.api.access import Caller
+from service.api.access import Caller, Reader
 from service.api.dependencies import in_child
-from service.pages.answered import AnsweredForm, answered_form
+from service.pages.computed import AnsweredForm, answered_form
 from service.pages.fields import field_of, placed
 from service.records.jobs import KEY_VARIABLE, Scope
 from studies import materials, scenarios
@@ -55,13 +55,13 @@ class AskedPage:
         given = {name: text.strip() for name, text in request.query_params.items() if name in known}
         return {name: text for name, text in given.items() if text} or self.example()
 
-    async def answer(self, request: Request) -> AnsweredForm:
-        """What laws and shots say."""
+    async def answer(self, request: Request, _: Reader) -> AnsweredForm:
+        """What laws and shots say; a dependency of the page."""
         return await in_child(request, answered_form, self.fields(request))
 
-    async def sheet(self, request: Request) -> Response:
-        """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
-        answer = await self.answer(request)
+    async def sheet(self, request: Request, caller: Reader) -> Response:
+        """The answer on one sheet of A4, to print or to keep; an endpoint. Raises InvalidInput."""
+        answer = await self.answer(request, caller)
         if answer.findings:
             raise InvalidInput(answer.findings)
         return HTMLResponse(answer.sheet, headers={"Content-Security-Policy": SHEET_POLICY})

@@ -31,7 +31,7 @@ class Routes:
     problem_page: ProblemPage | None = None  # shows a problem document to a browser
     components: Callable[[], Mapping[str, JsonValue]] | None = None  # schemas that its routes refer to, by name
     # Called with the service while it is built: adds middleware around that of the spine, or parts of its ``state``.
-    prepare: Callable[[FastAPI], None] | None = None
+    prepare: Callable[[FastAPI], object] | None = None
 
 
 @cache

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Protocol
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
@@ -23,14 +23,6 @@ NOT_PUBLISHED = "nothing was published; `whipple retry` publishes it again"
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 ROUTES = Routes("files", 20, guarded=(router,))
-
-
-class MakeSoFar(Protocol):
-    """Makes a file of the results so far; a feature offers it by entry points ``whipple.service.api.routes.files``."""
-
-    async def __call__(
-        self, request: Request, sweep: SweepStatus, name: str, *, is_attachment: bool, headers: Mapping[str, str]
-    ) -> Download: ...
 
 
 SoFar = Annotated[bool, Query(description="Return the file of the results so far while the sweep is unfinished")]
@@ -112,7 +104,10 @@ async def _send(
     is_attachment: bool = False,
     headers: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
-    """Send a file of a sweep that has ended; before, that of the results so far if it is ``partial``."""
+    """Send a file of a sweep that has ended; before, that of the results so far if it is ``partial``.
+
+    A feature makes that; it offers a function by entry points ``whipple.service.api.routes.files``.
+    """
     store: Store = request.app.state.store
     artifacts: Artifacts = request.app.state.artifacts
     sweep, stored = await run_in_threadpool(store.sweeps.get_with_file, id, name)
@@ -122,10 +117,8 @@ async def _send(
             request, Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers, stored)
         )
     for point in points("service.api.routes.files") if partial else ():
-        so_far: MakeSoFar = point.load()
-        return await send_file(
-            request, await so_far(request, sweep, name, is_attachment=is_attachment, headers=headers)
-        )
+        so_far: Download = await point.load()(request, sweep, name, is_attachment=is_attachment, headers=headers)
+        return await send_file(request, so_far)
     raise absent(sweep, name)
 
 

@@ -4,11 +4,12 @@ from pathlib import Path as FilePath
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request, Response
+from fastapi.responses import FileResponse
 from pydantic_core import to_jsonable_python
 from starlette.concurrency import run_in_threadpool
 
 from service.api.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
-from service.api.downloads import Download, RangedFile, is_range, media_type_of, send_file, serves
+from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.routes import Routes
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
@@ -62,8 +63,8 @@ async def download_log(id: RunId, request: Request, store: AppStore, artifacts: 
     file, registered = await run_in_threadpool(log_of, id, store, artifacts)
     if registered:
         return await send_file(request, Download(file, f"{id}-{LOG}", registered.sha256, registered=registered))
-    if is_range(request.headers.get("range", "")):
-        return RangedFile(file, media_type=media_type_of(LOG))
+    if "range" in request.headers:
+        return FileResponse(file, media_type=media_type_of(LOG))
     # It would send more bytes than announced while the log grows (up to 16 MiB).
     return Response(await run_in_threadpool(file.read_bytes), media_type=media_type_of(LOG))
 

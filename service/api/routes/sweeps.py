@@ -26,6 +26,7 @@ from service.api.dependencies import (
     submit,
     submitting,
 )
+from service.api.errors import Forbidden
 from service.api.readiness import check_directory
 from service.api.reading import expanded
 from service.api.routes import Routes
@@ -39,7 +40,7 @@ from service.api.schemas import (
     example_sweeps,
 )
 from service.queue.garbage_collection import forget_lost_states
-from service.records.jobs import RUN_STATES, Keep, State, SweepState
+from service.records.jobs import RUN_STATES, Keep, Scope, State, SweepState
 from service.store import Store
 from studies.quantities.parameters import Plain
 from studies.sweeps.schema import SWEEP
@@ -205,4 +206,8 @@ def delete_sweep(id: SweepId, caller: Submitter, store: AppStore) -> None:
 
 def _check_owner(store: Store, caller: Caller, id: str) -> None:
     """Raise NotFound, or Forbidden if the caller may not change the sweep."""
-    caller.check_owns(store.sweeps.get(id))
+    if not caller.owns(store.sweeps.get(id)):
+        raise Forbidden(
+            f"the sweep was submitted with another key; ask its owner, or use a key with the scope `{Scope.ADMIN}`",
+            scope=Scope.ADMIN,
+        )

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Submitter
@@ -33,7 +33,7 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.schema import keys_of
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("new", 20, router, (("/new", "New"),))
 
 ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
@@ -61,9 +61,6 @@ def choose_scenario(request: Request, caller: Submitter) -> Response:
     every = sorted(map(scenarios.load, scenarios.names()), key=lambda scenario: scenario.place)
     listed = [(scenario, [*_presets(scenario.name).items()]) for scenario in every]
     return page(request, "new.html", caller, scenarios=listed)
-
-
-# --- the form -------------------------------------------------------------------------------------
 
 
 @router.get("/new/{scenario}")
@@ -128,13 +125,14 @@ async def read_form(request: Request, scenario: str, caller: Submitter, fields: 
 
 def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
     """Priority of a sweep, and the files that it keeps; raises InvalidInput."""
-    priority, keep = form.get("priority") or "0", form.get("keep") or Keep.FINAL
-    if keep not in set(Keep):
-        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "choose one")
-    is_number = len(priority) <= len(str(PRIORITIES[0])) and priority.removeprefix("-").isdecimal()
-    if not is_number or int(priority) not in PRIORITIES:
-        raise refusal("priority", priority, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
-    return int(priority), Keep(keep)
+    text = form.get("priority") or "0"
+    try:
+        priority, keep = int(text), Keep(form.get("keep") or Keep.FINAL)
+    except ValueError:
+        priority = PRIORITIES.stop
+    if priority not in PRIORITIES:
+        raise refusal("priority", text, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
+    return priority, keep
 
 
 def _form_page(

@@ -8,13 +8,11 @@ from itertools import takewhile
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi.responses import HTMLResponse
 from markupsafe import Markup, escape
 
 from service.api.access import Reader
 from service.api.dependencies import in_child
-from service.pages.answered import AnsweredForm
-from service.pages.computed import drawn_material, flow_stresses
+from service.pages.computed import AnsweredForm, drawn_material, flow_stresses
 from service.pages.page_routes import PageRoutes
 from service.pages.questions import AskedPage
 from service.pages.rendering import as_svg, page
@@ -28,7 +26,7 @@ from studies.observations.tables import further_tables
 from studies.quantities.display import display_alone
 from studies.quantities.parameters import declared
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 LINKS = (("/scenarios", "Scenarios"), ("/laws", "Laws"), ("/materials", "Materials"), ("/shots", "Shots"))
 PAGE = PageRoutes("catalogue", 40, router, LINKS)
 
@@ -114,18 +112,11 @@ EXAMPLE = {
 ASKED = AskedPage("/laws", tuple(EXAMPLE), ("obliquity", "projectile_length"), "Obliquity, cylinder", lambda: EXAMPLE)
 
 
-async def _answer(request: Request, _: Reader) -> AnsweredForm:
-    return await ASKED.answer(request)
-
-
-@router.get("/laws/sheet")
-async def show_sheet(request: Request, _: Reader) -> Response:
-    """What laws and shots say of a plate or a block on one sheet of A4; raises InvalidInput."""
-    return await ASKED.sheet(request)
+router.get("/laws/sheet")(ASKED.sheet)
 
 
 @router.get("/laws")
-def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+def show_laws(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(ASKED.answer)]) -> Response:
     """What laws and shots say of a plate or a block, and every law with formula, range and source, by quantity."""
     every = [laws.load(name) for name in laws.names()]
     answered = {law.quantity for law in every}

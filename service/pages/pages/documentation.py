@@ -4,20 +4,19 @@ import json
 import re
 import shlex
 from collections.abc import Iterator
+from functools import cache
 
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import HTMLResponse
 from markupsafe import Markup, escape
 from pydantic import JsonValue
 
 from service.api.access import known_caller
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
-from service.api.once import built_once
 from service.openapi.routes import TAGS
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import page, rendered
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("documentation", 80, router, (("/docs", "API"),), is_open=True)
 
 EVENTS, FILE = "text/event-stream", re.compile(r"\.\w+$")
@@ -33,7 +32,7 @@ def show_documentation(request: Request) -> Response:
     return page(request, "docs.html", known_caller(request), content=Markup(content.replace(ADDRESS, address)))
 
 
-@built_once
+@cache
 def _documentation(app: FastAPI) -> str:
     """The content of the page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
     operations = list(_operations(app))

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
 from service.api.dependencies import AppStore
@@ -24,7 +23,7 @@ from studies.quantities.files import COVER
 from studies.quantities.parameters import Plain
 from studies.reports.cover import THUMBNAIL
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("listing", 10, router, (("/", "Sweeps"),))
 
 MOST_LISTED = 500  # sweeps of a page

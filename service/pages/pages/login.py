@@ -3,7 +3,7 @@
 import re
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import RedirectResponse
 
 from service.api.access import Caller, key_of, known_caller
 from service.api.browsers import SESSION, FormFields, check_token, cookie
@@ -12,7 +12,7 @@ from service.api.errors import Unauthorized, problem_response
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, page, set_cookie
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("login", 90, router, is_open=True)
 
 

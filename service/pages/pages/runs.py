@@ -6,11 +6,11 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader, Submitter
@@ -30,9 +30,9 @@ from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
 from service.conversions.conversions import makers
 from service.files.artifacts import LOG, Artifacts
-from service.pages.charts import Chart, ChartLine
+from service.pages.charts import Chart
 from service.pages.computed import alone, drawn_end
-from service.pages.grid import in_words, quantities_of, value_of
+from service.pages.grid import in_words, printed, quantities_of, value_of
 from service.pages.notes import note_on
 from service.pages.page_routes import PageRoutes
 from service.pages.rendering import SEE_OTHER, as_svg, drawn, page
@@ -43,14 +43,15 @@ from studies.quantities.display import digits, display_of, duration, kind_of, of
 from studies.quantities.files import FILM, RESULT, SECTION_NOW, SECTIONS, STATE
 from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import Plain, Value, declared
+from studies.reports.figure import Scale, Series
 from studies.sweeps.reading import RESOLUTION
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("runs", 90, router)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown
 LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
-ENERGY, TIME = "energy", ("time", "time", "s")  # axes
+ENERGY, TIME = "energy", Scale("time", "time", "s")
 LOG_BYTES = 4096  # of the end of a log
 MOST_PLACES = 10  # sweeps of a run that are looked at
 FILM_OF = "Film of a run of "  # the title of a film begins so
@@ -101,7 +102,9 @@ def show_run(
     run, spec = store.runs.get(id), store.runs.spec(id)
     places = [(place, in_words(run.scenario, place.coordinates)) for place in store.runs.places(id, MOST_SWEEPS + 1)]
     names = {file.name for file in files}
-    measured = list(_measured(run, spec["parameters"]))
+    measured = list(_measured(run.scenario, (run.summary or {}).get("measurements", {}), spec["parameters"]))
+    progress = run.progress if run.state in (State.RUNNING, State.CANCELLING) else None
+    so_far = {name: {"value": value} for name, value in ((progress or {}).get("measured") or {}).items()}
     main = next((name for name in quantities_of(run.scenario) if name in histories), "")
     is_open = run.state not in TERMINAL
     return page(
@@ -118,7 +121,7 @@ def show_run(
         picture=_picture_address(id, files, artifacts),
         now=_now_address(run, store, artifacts),
         chart=histories[main].image(f"/runs/{id}/histories/{main}", {}) if main else "",
-        so_far=list(_so_far(run, spec["parameters"])),
+        so_far=list(_measured(run.scenario, so_far, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items() if name != main],
         views=[view for view, sources in VIEWS.items() if names & {*sources} and f"{view}.view" in makers()],
         has_film=FILM in names and "gif" in makers(),
@@ -246,43 +249,30 @@ class PrintedNumber:
     raw: str = ""  # what was read off, before the mesh error was taken off
 
 
-def _measured(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
-    """What a run measured, in the order of its scenario, as people read it."""
-    found = (run.summary or {}).get("measurements", {})
-    for name in quantities_of(run.scenario):
+def _measured(
+    scenario: str, found: Mapping[str, Mapping[str, Any]], parameters: Mapping[str, Value]
+) -> Iterator[PrintedNumber]:
+    """What a run measured, or has measured so far, in the order of its scenario, as people read it."""
+    for name in quantities_of(scenario):
         if name in found:
             uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
-            printed = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
+            number = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
             raw = found[name].get("raw")
-            read = "" if raw is None else _printed(name, raw, uncertainty, (), parameters).text
-            yield replace(printed, raw=read)
-
-
-def _so_far(run: RunRow, parameters: Mapping[str, Value]) -> Iterator[PrintedNumber]:
-    """What a running run has measured so far."""
-    if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
-        found = run.progress.get("measured") or {}
-        for name in quantities_of(run.scenario):
-            if name in found:
-                yield _printed(name, found[name], None, (), parameters)
+            yield replace(number, raw="" if raw is None else printed(measurements.load(name), raw, uncertainty))
 
 
 def _printed(
     name: str, value: float | None, uncertainty: float | None, flags: Sequence[str], parameters: Mapping[str, Value]
 ) -> PrintedNumber:
     measurement = measurements.load(name)
-    kind = kind_of(measurement.unit)
-    if measurement.is_outcome and value is not None:
-        text = measurement.outcomes[round(value)]
-        if (note := note_on(name)) and (told := note.of_run(value, parameters)):
-            text = f"{text}; {told}"
-    else:
-        text = printed_beside(value, kind, uncertainty)
+    text = printed(measurement, value, uncertainty)
+    if value is not None and (note := note_on(name)) and (told := note.of_run(value, parameters)):
+        text = f"{text}; {told}"
     return PrintedNumber(
         measurement.title,
         measurement.meaning,
         text,
-        bar=printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
+        bar=printed_beside(uncertainty, kind_of(measurement.unit), uncertainty) if uncertainty else "",
         unit="" if measurement.is_outcome else display_of(measurement.unit).unit,
         flags=flags_in_words(flags),
     )
@@ -312,8 +302,9 @@ def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Ch
     for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
         history, measurement = plain["measurements"][name]["history"], measurements.load(name)
         if len(history["time"]) > 1:
-            lines = [ChartLine(measurement.title, history["time"], history["value"])]
-            charts[name] = Chart(measurement.title, TIME, (name, measurement.title, measurement.unit), lines)
+            line = Series("history", measurement.title, tuple(history["time"]), tuple(history["value"]))
+            y = Scale(name, measurement.title, measurement.unit)
+            charts[name] = Chart(measurement.title, TIME, y, [line])
     return {name: chart for name, chart in charts.items() if not chart.is_empty}
 
 
@@ -325,8 +316,8 @@ def _energies(bodies: Mapping[str, Sequence[Sequence[float]]], histories: Mappin
     sums |= {label: [*histories[name]] for label, name in of_run.items()}
     sums = {label: values for label, values in sums.items() if any(values)}
     sums["all together"] = [sum(moment) for moment in zip(*sums.values(), strict=True)]
-    lines = [ChartLine(label, histories["time"], values) for label, values in sums.items()]
-    return Chart("Energy", TIME, (ENERGY, "energy", "J"), lines)
+    lines = [Series("history", label, tuple(histories["time"]), tuple(values)) for label, values in sums.items()]
+    return Chart("Energy", TIME, Scale(ENERGY, "energy", "J"), lines)
 
 
 def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
@@ -28,7 +28,7 @@ from studies import measurements
 from studies.quantities.parameters import Plain
 from studies.reports.cover import DRAWINGS, drawing
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("sweeps", 15, router)
 
 Order = Literal["cancel", "retry", "delete"]

@@ -1,5 +1,6 @@
-"""Shields: what published laws and measured shots say of one, at once, as a form and its answer; and the shots."""
+"""Shields: what laws and shots say of one, as a form and its answer; the shots; what stands beside walls that hold."""
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from itertools import islice
@@ -7,27 +8,28 @@ from typing import Annotated
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import HTMLResponse
 
 from service.api.access import Reader
-from service.pages.answered import AnsweredForm
+from service.pages.computed import AnsweredForm
+from service.pages.notes import OutcomeNote
 from service.pages.page_routes import PageRoutes
 from service.pages.questions import AskedPage
-from service.pages.rendering import page
-from service.shields.pages.notes import beside_held
+from service.pages.rendering import page, rendered
 from studies.answers.question import shot_parameters
 from studies.quantities.display import printed_in, with_unit
 from studies.quantities.numerical_defaults import NO_FAILURE
-from studies.quantities.parameters import Value, declared
+from studies.quantities.parameters import Plain, Value, declared
 from studies.shields.answered import PLATE
 from studies.shields.answered import TARGET as SHIELD
-from studies.shields.shots.drawn import FAST
+from studies.shields.shield import WALL_PERFORATED
+from studies.shields.shots.drawn import FAST, failures_found
 from studies.shields.shots.table import OUTCOMES, ShieldShot, citation, filtered, published, read_filters
 from studies.sweeps.document import read_yaml
 
-router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+router = APIRouter(include_in_schema=False)
 PAGE = PageRoutes("shields", 30, router, (("/shields", "Shields"),))
 
+TEMPLATE = "service.shields.pages:walls.txt"
 SHOWN = 100  # shots on shields on one page
 # Columns of shots on shields, and those by which they are chosen.
 COLUMNS = (
@@ -70,22 +72,15 @@ ASKED = AskedPage(
 )
 
 
-async def _answer(request: Request, _: Reader) -> AnsweredForm:
-    return await ASKED.answer(request)
+router.get("/shields/sheet")(ASKED.sheet)
 
 
 @router.get("/shields")
-def show_shield(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(_answer)]) -> Response:
+def show_shield(request: Request, caller: Reader, answer: Annotated[AnsweredForm, Depends(ASKED.answer)]) -> Response:
     """The form of a shield, and what laws and shots say of it."""
     content = ASKED.content(request, caller, answer)
     shots, held = len(published().shots), beside_held(NO_FAILURE, FAST)
     return page(request, "service.shields.pages:shields.html", caller, shots=shots, beside_held=held, **content)
-
-
-@router.get("/shields/sheet")
-async def show_sheet(request: Request, _: Reader) -> Response:
-    """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
-    return await ASKED.sheet(request)
 
 
 @router.get("/shots/shields")
@@ -120,3 +115,28 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
 def _cell(value: Value, unit: str | None) -> str:
     """A number in the unit of its column."""
     return str(value) if unit is None or isinstance(value, str) else printed_in(value, unit)
+
+
+def beside_held(failure: str, normal_speed: float) -> str:
+    """What stands beside a wall that holds."""
+    return rendered(TEMPLATE, found=failures_found(failure, normal_speed))
+
+
+def _of_run(value: float, parameters: Mapping[str, Value]) -> str:
+    if value:
+        return ""
+    normal_speed = float(parameters["speed"] or 0.0) * math.cos(float(parameters.get("obliquity") or 0.0))
+    return beside_held(str(parameters.get("failure")), normal_speed)
+
+
+def _of_sweep(document: Mapping[str, Plain]) -> str:
+    """By the failures of the runs."""
+    axes, fixed = document.get("axes"), document.get("fixed")
+    failures = axes.get("failure") if isinstance(axes, Mapping) else None
+    if not isinstance(failures, list):
+        failures = [fixed.get("failure") if isinstance(fixed, Mapping) else None]
+    found = {name: failures_found(name, FAST) for name in (str(failure or NO_FAILURE) for failure in failures)}
+    return rendered(TEMPLATE, found=found, fast=FAST / 1e3)
+
+
+NOTE = OutcomeNote(WALL_PERFORATED, _of_run, _of_sweep)

@@ -2,15 +2,10 @@
 
 import subprocess
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
 from ipaddress import ip_network
 from pathlib import Path
-from typing import Any
 
 import pytest
-from fastapi import applications
-from fastapi.openapi.utils import get_openapi
 from fastapi.testclient import TestClient
 
 from service.api.access import check_binding
@@ -52,22 +47,6 @@ def test_api_process__never_loads_solver_or_datasets(tmp_path: Path) -> None:
     )
     assert answer.returncode == 0, answer.stderr
     assert int(answer.stdout.split()[0]) > 15
-
-
-def test_description__is_built_once_for_simultaneous_first_requests(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Four requests that come together have FastAPI describe the routes once."""
-    built = []
-
-    def slow_build(**described: Any) -> dict[str, Any]:
-        built.append(described["title"])
-        time.sleep(0.2)  # the others come meanwhile
-        return get_openapi(**described)
-
-    monkeypatch.setattr(applications, "get_openapi", slow_build)
-    with ThreadPoolExecutor() as pool:
-        answers = list(pool.map(api.http.get, ["/openapi.json", "/docs"] * 2))
-    assert [each.status_code for each in answers] == [200] * 4
-    assert built == ["whipple"]
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.org"])

@@ -26,7 +26,7 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
 
 def look_again(api: Api) -> None:
     """Let the next question whether the service is ready look anew."""
-    api.http.app.state.readiness._ended = 0.0  # type: ignore[attr-defined]
+    api.http.app.state.readiness._begin = 0.0  # type: ignore[attr-defined]
 
 
 def not_ready(api: Api) -> str:

@@ -12,7 +12,7 @@ import pytest
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
 from service.api.reading import Posted, ReadingLimits
-from service.estimates.reading import EstimatedSweep, estimated
+from service.estimates.estimate import EstimatedSweep, estimated
 from studies.quantities.findings import InvalidInput
 from tests.claims.marked import Compared, claimed
 from tests.claims.rows import at_most
@@ -71,27 +71,6 @@ def test_child__that_is_killed_or_frozen_is_replaced(part: Any) -> None:
         return await patient.run(estimated, posted(SWEEP))
 
     assert isinstance(ask(use), EstimatedSweep)
-
-
-def test_slot__is_taken_by_one_request_of_a_key_at_a_time() -> None:
-    order: list[str] = []
-
-    async def take(readers: Readers, key: str, release: anyio.Event) -> None:
-        async with readers.slot(key):
-            order.append(key)
-            await release.wait()
-
-    async def use(readers: Readers) -> None:
-        release = anyio.Event()
-        async with anyio.create_task_group() as tasks:
-            for key in ("ann", "ann", "ann", "bob", "cid"):
-                tasks.start_soon(take, readers, key, release)
-                await anyio.wait_all_tasks_blocked()
-            assert order == ["ann", "bob"]
-            release.set()
-        assert sorted(order) == ["ann", "ann", "ann", "bob", "cid"]
-
-    ask(use)
 
 
 def test_request__that_finds_no_child_in_time_is_refused() -> None:

@@ -15,20 +15,15 @@ import pytest
 from service.api import access
 from service.api.access import Caller, KnownCallers
 from service.api.browsers import BROWSER, FORM
-from service.api.dependencies import submission_of
 from service.api.errors import TooManyRequests
 from service.api.turns import MOST_READING, Places, Turn
 from service.records.expansion import expand
-from service.records.jobs import Scope
+from service.records.jobs import Scope, Submission
 from studies.sweeps.sweep import Sweep
 from tests.service.support.api import SWEEP, Api, ReadersHere, SameFile, every_route, open_api, served
 from tests.service.support.fakes import DEADLINE, wait_until
 
 OPEN_FORMS = {"/login", "/logout"}  # whose forms hold a key or the token, and are read without a key
-
-
-def places(most: int, of_a_caller: int, *, waiting: int = 100, waiting_of_a_caller: int = 100) -> Places:
-    return Places(most, of_a_caller, waiting=waiting, waiting_of_a_caller=waiting_of_a_caller)
 
 
 class Asking:
@@ -57,7 +52,7 @@ class Asking:
 
 
 def test_places__of_a_caller_are_few_and_the_others_stay_free() -> None:
-    asking = Asking(places(4, 2))
+    asking = Asking(Places(4, 2))
     anyio.run(asking.all, [*["ann"] * 5, "bob", "cid", "dan"])
     assert asking.served == ["ann", "ann", "bob", "cid"]
     # Those that ask no longer get none.
@@ -68,7 +63,7 @@ def test_places__of_a_caller_are_few_and_the_others_stay_free() -> None:
 
 @pytest.mark.parametrize("first", ["ann", ""])  # nobody's name is empty, but that of a user without a key
 def test_places__go_to_waiting_callers_in_rotation(first: str) -> None:
-    shared, order = places(1, 1), []  # type: tuple[Places, list[str]]
+    shared, order = Places(1, 1), []  # type: tuple[Places, list[str]]
 
     async def hold(caller: str) -> None:
         async with shared.place(caller):
@@ -85,16 +80,16 @@ def test_places__go_to_waiting_callers_in_rotation(first: str) -> None:
 
 
 def test_places__that_too_many_wait_for_are_refused_to_the_caller_with_the_longest_queue() -> None:
-    own = Asking(places(1, 1, waiting_of_a_caller=2))
+    own = Asking(Places(1, 1, waiting_of_a_caller=2))
     anyio.run(own.all, [*["ann"] * 5, "bob"])
     assert own.refused == ["ann"] * 2
-    all_together = Asking(places(1, 1, waiting=4))
+    all_together = Asking(Places(1, 1, waiting=4))
     anyio.run(all_together.all, [*["ann"] * 6, "bob", "cid", "dan"])
     assert all_together.refused == ["ann"] * 4  # the fifth and sixth; then bob and cid come in for two others
 
 
 def test_turn__is_given_back_while_the_request_waits_and_after_its_response() -> None:
-    shared = Asking(places(1, 1))
+    shared = Asking(Places(1, 1))
 
     async def free() -> bool:
         with anyio.move_on_after(0.0):
@@ -256,8 +251,7 @@ def check_that_waiting_leaves_turns(api: Api, url: str, client: httpx.Client, pa
 
 def with_a_result(api: Api) -> str:
     """A sweep of which a run has ended."""
-    submission = submission_of(api.settings, access.WITHOUT_KEY, expand(Sweep.parse(SWEEP), lambda _: 1.0))
-    id = api.store.sweeps.create(submission).id
+    id = api.store.sweeps.create(Submission(expand(Sweep.parse(SWEEP), lambda _: 1.0))).id
     [lease, *_] = api.store.leases.take(2, api.term())
     api.store.leases.finish(lease, api.result(lease.id))
     return id

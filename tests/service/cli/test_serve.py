@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
@@ -15,7 +15,6 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import FastAPI, Request
-from fastapi.responses import StreamingResponse
 
 from service.cli import serve
 from service.cli.serve import _listening, _Server
@@ -123,21 +122,6 @@ def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> Non
         process.communicate()
 
 
-def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:
-    """What somebody finds who asks a server, which ends then."""
-    result: SimpleQueue[Any] = SimpleQueue()
-
-    def act(port: int) -> None:
-        try:
-            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=DEADLINE) as client:
-                result.put(ask(client))
-        finally:
-            os.kill(os.getpid(), signal.SIGTERM)
-
-    serve_until(app, folder, lambda server: once_started(server, act))
-    return result.get(timeout=DEADLINE)
-
-
 def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path) -> None:
     @app.get("/peer")
     def peer(request: Request) -> str:
@@ -145,32 +129,16 @@ def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path
         return request.client.host
 
     forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
-    peer_seen = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
-    assert peer_seen == "127.0.0.1"
+    seen: SimpleQueue[str] = SimpleQueue()
 
+    def ask(port: int) -> None:
+        try:
+            seen.put(httpx.get(f"http://127.0.0.1:{port}/peer", headers=forged, timeout=DEADLINE).json())
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
 
-def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
-    app: FastAPI, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    over = threading.Event()
-
-    @app.get("/stream")
-    def stream() -> StreamingResponse:
-        def texts() -> Iterator[str]:
-            yield "first"
-            assert over.wait(DEADLINE)
-            yield "last"
-
-        return StreamingResponse(texts())
-
-    def ask(client: httpx.Client) -> tuple[int, str, int]:
-        with client.stream("GET", "/stream") as opened:
-            refused = client.get("/nothing")
-            over.set()
-            return refused.status_code, opened.read().decode(), client.get("/nothing").status_code
-
-    monkeypatch.setattr(serve, "MOST_CONNECTIONS", 2)
-    assert ask_in(app, tmp_path, ask) == (503, "firstlast", 404)
+    serve_until(app, tmp_path, lambda server: once_started(server, ask))
+    assert seen.get(timeout=DEADLINE) == "127.0.0.1"
 
 
 def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:

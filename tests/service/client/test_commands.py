@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from service.cli.console import SHORT_ID, print_table, say
-from service.client.client import KEY_VARIABLE, SweepEvent
-from service.client.printing import print_event
+from service.client.client import KEY_VARIABLE
 from service.records.jobs import Scope
 from studies.sweeps import examples
 from tests.service.support.api import FILES, Api, open_api, served
@@ -71,15 +70,6 @@ def test_status__watches_what_happens_until_the_end(shared_api: Api, smoke: Path
     assert ids <= runs | {id}
     assert id in ids
     assert runs & ids
-
-
-def test_progress__is_told_with_an_id_and_units_that_other_commands_take(capsys: Capsys) -> None:
-    id = "0123456789abcdef" * 2
-    measured = {"hole_diameter": 0.0144444, "plateau_velocity": 2e3, "unheard_of": 1.0, "no": None}
-    content = {"run_id": id, "fraction": 0.17, "eta_seconds": 20.0, "measured": measured}
-    print_event(SweepEvent("progress", None, content))
-    output = capsys.readouterr().out.strip()
-    assert output == (f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0")
 
 
 def test_runs__are_told_with_values_as_a_sweep_has_them(shared_api: Api, tmp_path: Path, capsys: Capsys) -> None:

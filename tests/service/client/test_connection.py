@@ -12,7 +12,6 @@ import xarray as xr
 
 import whipple
 from service.client import connection
-from service.client import remote_cube as remote
 from service.client.client import Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
 from studies.cubes.variables import SCHEMA_VERSION
@@ -201,6 +200,6 @@ def test_open_cube__sends_the_key(shared_api: Api, published: SweepHandle, monke
 def test_open_cube__sends_the_key_to_the_own_service_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WHIPPLE_SERVICE", "https://a.org/")
     monkeypatch.setenv("WHIPPLE_API_KEY", "whp_secret")
-    monkeypatch.setattr(remote, "open_remote", lambda _address, headers: headers)
+    monkeypatch.setattr("service.client.client.open_remote", lambda _address, headers: headers)
     for service, is_sent in (("http://[::1]:1", True), ("https://a.org", True), ("https://a.org.net", False)):
         assert bool(whipple.open_cube(f"{service}/v1/cube.nc")) == is_sent

@@ -21,7 +21,7 @@ import xarray as xr
 from service.api.errors import Busy, ConversionFailed
 from service.api.turns import Places, Turn
 from service.client.client import Client
-from service.conversions.conversions import MOST_FILES, PART_SECONDS, Conversions, FileInputs, MadeFile
+from service.conversions.conversions import MOST_FILES, Conversions, FileInputs, MadeFile
 from service.files.artifacts import Artifacts, describe
 from service.films.routes import FilmField
 from service.records.jobs import Kind, Lease, Stored
@@ -131,7 +131,7 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_t
 
 def turn(caller: str = "ann") -> Turn:
     """The turn of a request that waits for nobody else's."""
-    return Turn(Places(8, 8, waiting=8, waiting_of_a_caller=8), caller)
+    return Turn(Places(8, 8), caller)
 
 
 async def partial(files: Conversions, *, sweep: str = "1", caller: str = "ann", is_large: bool = False) -> MadeFile:
@@ -203,25 +203,6 @@ def test_partial_cube__of_a_large_sweep_is_made_once_a_minute_and_says_its_age(t
             assert later.made == 1 + number
 
     anyio.run(use)
-
-
-def test_partial_cube__of_a_large_sweep_that_could_not_be_made_is_not_tried_again_for_a_minute(tmp_path: Path) -> None:
-    class Failing(EmptyFiles):
-        async def _run_child(self, file: Path, inputs: str) -> None:
-            await super()._run_child(file, inputs)
-            raise ConversionFailed("it took more than 120 s")
-
-    files = Failing(tmp_path)
-
-    async def use() -> None:
-        with pytest.raises(ConversionFailed):
-            await partial(files, is_large=True)
-        with pytest.raises(Busy) as refused:
-            await partial(files, is_large=True, caller="bob")
-        assert 0 < int(refused.value.headers["Retry-After"]) <= PART_SECONDS
-
-    anyio.run(use)
-    assert files.made == 1
 
 
 class SlowFiles(EmptyFiles):

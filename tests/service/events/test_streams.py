@@ -26,7 +26,7 @@ def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     with httpx.stream("GET", url + path, headers=headers, timeout=TIMEOUT) as response:
         assert response.status_code == 200, response.read()
-        yield (event for event in server_events(response.iter_lines()) if event.data)
+        yield server_events(response.iter_lines())
 
 
 def whole_stream(api: Api, path: str, last: int | None = None, **query: Any) -> list[ServerEvent]:
@@ -34,7 +34,7 @@ def whole_stream(api: Api, path: str, last: int | None = None, **query: Any) -> 
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     response = api.http.get(path, headers=headers, params=query)
     assert response.headers["Content-Type"].startswith("text/event-stream")
-    return [event for event in server_events(response.text.split("\n")) if event.data]
+    return list(server_events(response.text.split("\n")))
 
 
 def content(event: ServerEvent) -> Any:

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.records.jobs import Cause, StoreUnavailable
+from service.records.jobs import Cause
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
 from tests.service.api.test_queue_routes import look_again
@@ -108,14 +108,3 @@ def test_metrics__count_requests_by_template_and_never_by_what_a_user_wrote(api:
         assert metrics.of("http_requests_total", route=route, method=method, status=status) == 1
     assert metrics.of("http_request_seconds_count", route=template, method="GET") == 2
     assert not re.search(r"nope|BREW|nowhere|" + id, api.http.get("/metrics").text)
-
-
-def test_metrics__without_a_store_still_say_what_they_know(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert Metrics(api).of("store_up") == 1
-
-    def away() -> None:
-        raise StoreUnavailable("the database is away")
-
-    monkeypatch.setattr(api.store.queue, "status", away)
-    metrics = Metrics(api)
-    assert (metrics.of("store_up"), metrics.of("slots")) == (0, 2)

@@ -1,14 +1,11 @@
 """The schema of report.json, made of the records of sections, in OpenAPI."""
 
-from typing import Any, cast
+from typing import Any
 
 import jsonschema_rs
 import pytest
-from fastapi import FastAPI
 
-from service.api.app import build_app
-from service.openapi.schemas import component_schemas, report_schemas
-from service.settings import Settings
+from service.openapi.routes import component_schemas, report_schemas
 from studies.reports.document import schema_of_report
 from studies.reports.section import sections
 from tests.service.support.api import Api
@@ -46,15 +43,6 @@ def test_openapi__refers_to_components_that_are_there(shared_api: Api) -> None:
     components = document["components"]["schemas"]
     assert components.items() >= component_schemas().items()
     assert {reference.rpartition("/")[2] for reference in _references(document)} <= components.keys()
-
-
-def test_openapi__names_its_licence_and_server_and_no_component_twice(shared_api: Api) -> None:
-    document = shared_api.http.get("/openapi.json").json()
-    assert document["info"]["license"]["identifier"] == "BSD-3-Clause"
-    assert [server["url"] for server in document["servers"]] == ["/"]
-    own = FastAPI.openapi(build_app(Settings(), cast(Any, None), cast(Any, None)))["components"]["schemas"]
-    added = component_schemas()
-    assert all(own[name] == added[name] for name in own.keys() & added.keys())
 
 
 def _references(value: Any) -> set[str]:

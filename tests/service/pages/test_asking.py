@@ -131,15 +131,8 @@ def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
         for scope, offered in ((Scope.READ, 0), (Scope.SUBMIT, 1)):
             _, page = log_in(api, scope, name=f"key of {scope}")
             assert ('href="/new"' in page.text) == bool(offered)
-            for path in ("/docs", "/sweeps/none"):
-                other = api.http.get(path).text
-                assert ('href="/new"' in other, "Log out" in other) == (bool(offered), True)
             assert ("New sweep of this" in api.http.get("/scenarios").text) == bool(offered)
-            asked = api.http.get(FORM)
-            assert asked.status_code == (200 if offered else 403)
-            assert ('href="/new"' in asked.text, "Log out" in asked.text) == (bool(offered), True)
-        api.http.cookies.clear()
-        assert 'href="/new"' not in api.http.get("/docs").text
+            assert api.http.get(FORM).status_code == (200 if offered else 403)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """A browser logs in with a key, gives orders with the token of a page, and logs out."""
 
 import functools
-import gzip
 import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -10,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from service.api.browsers import BROWSER, FORM, SESSION, TOKEN_HEADER
+from service.api.browsers import SESSION, TOKEN_HEADER
 from service.records.jobs import Scope
 from service.store import keys as sessions
 from tests.service.support.api import SWEEP, Api, every_route, open_api
@@ -143,16 +142,6 @@ def test_local_browser__needs_no_key_but_the_token(tmp_path: Path) -> None:
         assert "cancel" in cancelled.text
 
 
-def test_page__without_a_key_says_how_to_get_one(api: Api) -> None:
-    for path in ("/", f"/sweeps/{'0' * 32}"):
-        front = api.http.get(path)
-        assert (front.status_code, front.headers["content-type"]) == (401, "text/html; charset=utf-8")
-        assert "whipple keys create" in front.text
-        assert front.headers["www-authenticate"].startswith("Bearer")
-    page, _, place = api.http.get("/v1/sweeps", headers={"Accept": "*/*"}).json()["type"].partition("#")
-    assert f'id="{place}"' in api.http.get(page).text  # the page that explains it needs none
-
-
 def test_wrong_keys__of_a_form_are_counted_with_all_others(api: Api) -> None:
     form = {"key": "whp_wrong", "csrf_token": token_on(api.http.get("/login"))}
     assert [api.http.post("/login", data=form).status_code for _ in range(11)] == [401] * 10 + [429]
@@ -173,14 +162,3 @@ def test_every_order_of_a_page__is_recorded(api: Api) -> None:
         assert len(entries()) == before + 1, path
     assert {entry.action for entry in entries()} == {"log-in", "submit", "add points", "cancel", "log-out"}
     assert {entry.key_id for entry in entries()} == {key}
-
-
-@pytest.mark.parametrize("path", ["/new/thin_plate", "/login"])
-def test_form__that_is_compressed_is_refused(api: Api, path: str) -> None:
-    if path != "/login":
-        log_in(api, Scope.SUBMIT)
-    headers = {"Content-Type": FORM, "Cookie": f"{BROWSER}=x", "Content-Encoding": "gzip"}
-    cookies = "; ".join(f"{name}={value}" for name, value in api.http.cookies.items())
-    headers["Cookie"] += f"; {cookies}" if cookies else ""
-    refused = api.http.post(path, content=gzip.compress(b"a=b"), headers=headers)
-    assert (refused.status_code, refused.headers["Accept-Encoding"]) == (415, "identity")

@@ -206,7 +206,7 @@ def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: 
     app = build_app(Settings(data=tmp_path), store, FakeDispatcher())
     client = TestClient(app, base_url=ADDRESS, headers={"Authorization": f"Bearer {filled.secret}"})
     client.get("/readyz")  # whose outcome the queue shares, here for good
-    app.state.readiness._ended = math.inf
+    app.state.readiness._begin = math.inf
     for page, address in PAGES.items():
         with statements(_fresh(store)) as sent:
             response = client.get(address(filled))

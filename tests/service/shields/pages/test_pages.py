@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from service.pages.pages.runs import _printed
-from service.shields.pages.notes import NOTE
+from service.shields.pages.shields import NOTE
 from studies.quantities.parameters import Value
 from tests.service.api.test_turns import check_that_waiting_leaves_turns, strict
 from tests.service.pages.test_asking import check_fields, findings
