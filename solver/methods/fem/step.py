@@ -1,12 +1,13 @@
 """One step by finite elements, in its stages.
 
-Nodes hold x and v, integration points sigma at time n; operators take the positions of n.
+Nodes hold x and v, elements sigma at time n; operators take the positions of n.
 
 forces   of the elements on their nodes; v(n+1/2) = v(n-1/2) + f k / m with k half of the step before and half of this
          one, x(n+1) = x(n) + v(n+1/2) dt: central differences
-strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
+strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, element by element as on the
+         grid particle by particle
 
-The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the points take minus that, half with the
+The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the elements take minus that, half with the
 forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
@@ -19,7 +20,7 @@ from solver.errors import ProblemError
 from solver.jit import Bound
 from solver.matter.eos import burns, reference_density, reference_sound_speed
 from solver.methods.fem.elements import NODES
-from solver.methods.fem.mesh import end_faces, face_areas, node_parts, point_volumes
+from solver.methods.fem.mesh import end_faces, face_areas, node_parts, volumes_of
 from solver.methods.fem.rates import (
     HELD,
     IMPULSE,
@@ -62,35 +63,30 @@ class ElementStepper(Method):
         self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
-        counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.points for mesh in meshes)])
+        counts = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
         nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
-        self.starts = counts
         self.states = empty_table(int(counts[-1]), remembers=True)
         self.bodies = np.repeat(np.arange(len(meshes)), np.diff(counts))
         sizes = np.cumsum([0, *(mesh.nodes.size for mesh in meshes)])
-        # Of each pair of an element and a node of it: its force, the node, the element's first point and their number,
-        # the mass it has.
+        # Of each pair of an element and a node of it: its force, the node, the element, the mass it has.
         self.forces = np.zeros((int(sizes[-1]), AXES))
-        self.node_of, self.point_of, self.points_of = np.zeros((3, int(sizes[-1])), np.int64)
+        self.node_of, self.element_of = np.zeros((2, int(sizes[-1])), np.int64)
         self.part = np.zeros(int(sizes[-1]))
         self.meshes, self.loaded = [], []
         for number, (body, mesh) in enumerate(zip(problem.bodies, meshes, strict=True)):
             first, pairs = int(counts[number]), slice(sizes[number], sizes[number + 1])
             elements, count = mesh.nodes.shape
-            volumes = point_volumes(mesh, body.position)
+            mass = body.density * volumes_of(mesh, body.position)
             state = views(self.states[:, first : counts[number + 1]])
             body.fill(state)
-            state.mass[:] = body.density * volumes.ravel()
+            state.mass[:] = mass
             columns = np.ascontiguousarray(mesh.nodes + nodes[number])
             forces = self.forces[pairs].reshape(elements, count, AXES)
             stiffness = problem.hourglass * _modulus(body)
-            self.meshes.append(meshed(mesh.points, columns, first, stiffness, forces))
+            self.meshes.append(meshed(columns, first, stiffness, forces))
             self.node_of[pairs] = columns.ravel()
-            self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.points, count)
-            self.points_of[pairs] = mesh.points
-            parts = node_parts(mesh, body.position)
-            whole = body.density * volumes.sum(axis=1, keepdims=True)
-            self.part[pairs] = (whole * parts).ravel()
+            self.element_of[pairs] = np.repeat(first + np.arange(elements), count)
+            self.part[pairs] = (mass[:, None] * node_parts(mesh, body.position)).ravel()
             self.loaded += [
                 LoadedEnd(load, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
@@ -120,7 +116,7 @@ class ElementStepper(Method):
         self.show_nodes = Bound(show_nodes)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
-        """Take nodes and integration points from n, at a time, to n+1."""
+        """Take nodes and elements from n, at a time, to n+1."""
         kick = 0.5 * (float(self.before[0]) + dt)
         self.before = np.array([dt])
         self.push(partition.table, time, kick, dt)
@@ -160,7 +156,7 @@ class ElementStepper(Method):
             mesh = self.meshes[body]
             found = self._heating, self.scratch[share], gradients, space.lengths, self.taken[share]
             self.strain_elements(mesh, table, states, begin, end, kick, dt, *found)
-            span = mesh.first + begin * mesh.points, mesh.first + end * mesh.points
+            span = mesh.first + begin, mesh.first + end
             self.points.update(space, viscosity, share, body, states, span, gradients, time + dt, dt)
 
         self._over_elements(strain)
@@ -168,12 +164,12 @@ class ElementStepper(Method):
         table[X : Z + 1, :nodes] = table[NEW_X : NEW_Z + 1, :nodes]
 
     def material_points(self, particles: Particles, body: np.ndarray) -> tuple[Particles, np.ndarray]:
-        """The integration points and the index of each one's body: what a fault is about."""
+        """The elements and the index of each one's body: what a fault is about."""
         return views(self.states), self.bodies
 
     def show(self, table: np.ndarray) -> None:
         """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
-        elements, count = (self.around, self.point_of, self.points_of, self.part, self.states), len(self.loads)
+        elements, count = (self.around, self.element_of, self.part, self.states), len(self.loads)
 
         def show(share: int) -> None:
             span = count * share // self.shares, count * (share + 1) // self.shares
