@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.errors import ProblemError
 from solver.jit import Bound
-from solver.matter.eos import burns, reference_density, reference_sound_speed
+from solver.matter.eos import reference_density, reference_sound_speed
 from solver.methods.fem.elements import NODES
 from solver.methods.fem.mesh import end_faces, face_areas, node_parts, volumes_of
 from solver.methods.fem.rates import (
@@ -32,10 +31,10 @@ from solver.methods.fem.rates import (
     show_nodes,
     strain_elements,
 )
-from solver.problem import Body, Face, Problem, Scheme, Traction, mean_pressure
+from solver.problem import Body, Face, Problem, Traction, mean_pressure
 from solver.problem.geometry import AXES, Cartesian3D
 from solver.state import DENSITY, MASS, NEW_X, NEW_Z, Particles, X, Z, empty_table, lines, views
-from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.method import Method, Partition, StepBalance, refuse
 from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import ElementPoints
 from solver.steps.threads import ThreadPool
@@ -58,7 +57,11 @@ class ElementStepper(Method):
     """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
 
     def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
-        _check(problem)
+        more = {
+            "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
+            "bodies of revolution": not isinstance(problem.geometry, Cartesian3D),
+        }
+        refuse(problem, "finite elements", more)
         self.problem, self.pool, self.shares = problem, pool, shares
         self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
@@ -253,21 +256,3 @@ def _modulus(body: Body) -> float:
     eos = body.matter.eos
     bulk: float = reference_density(eos) * reference_sound_speed(eos) ** 2
     return bulk + 4.0 / 3.0 * body.matter.shear_modulus
-
-
-def _check(problem: Problem) -> None:
-    """Refuse what the method cannot compute, by name."""
-    refused = {
-        "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
-        "bodies of revolution": not isinstance(problem.geometry, Cartesian3D),
-        "another scheme than musl": problem.scheme != Scheme.MUSL,
-        "damping (set its rate to 0)": problem.damping.rate > 0.0,
-        "contact between bodies": problem.contact is not None,
-        "retired debris": problem.retirement is not None,
-        "arrivals": problem.arrivals is not None,
-        "absorbing surfaces (take free ones)": bool(problem.absorbers),
-        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
-    }
-    found = [name for name, is_there in refused.items() if is_there]
-    if found:
-        raise ProblemError(f"finite elements do not compute {', '.join(found)}")
