@@ -25,7 +25,7 @@ from solver.errors import WhippleError
 from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.compared import Picture, PublishedNumber
-from studies.cases.comparison import Comparison
+from studies.quantities.comparison import Comparison
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain
 from studies.sweeps.reading import published_shots, vocabulary

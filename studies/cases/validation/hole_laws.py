@@ -15,9 +15,9 @@ import xarray as xr
 
 from studies import laws
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.comparison import Comparison, reported
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
 from studies.cubes.points import Place, points_of
+from studies.quantities.comparison import Comparison, reported
 from studies.quantities.display import decimals, signed
 from studies.quantities.least_squares import linear
 from studies.reports.judgement import judgements_of

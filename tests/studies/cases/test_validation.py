@@ -10,8 +10,8 @@ import pytest
 from solver.errors import ProblemError
 from studies.cases import validation
 from studies.cases.compared import ComparedReading, Picture, PublishedNumber, compared
-from studies.cases.comparison import Comparison, absolute, at_most, relative, reported
 from studies.cases.validation import LEVELS, ValidationCase
+from studies.quantities.comparison import Comparison, absolute, at_most, relative, reported
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
