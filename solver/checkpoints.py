@@ -27,14 +27,6 @@ DIGEST_SIZE = hashlib.sha256().digest_size
 Fingerprint = Mapping[str, str]
 
 
-def _nothing(_: object) -> None:
-    """Ignore the argument."""
-
-
-def _never() -> bool:
-    return False
-
-
 @dataclass(frozen=True, kw_only=True)
 class Checkpointing:
     """The place and the interval of the checkpoint of a run, and the functions of the caller.
@@ -46,10 +38,10 @@ class Checkpointing:
     seconds_between: float = MINUTE  # of wall clock
     caller: str = ""  # version of the observer state, which must be the same
     observer_state: Callable[[], str] = str  # stored in the checkpoint
-    restore_observer: Callable[[str], object] = _nothing  # called before the run continues
-    must_stop: Callable[[], bool] = _never  # after each step; true: write, and raise Interrupted
-    on_checkpoint: Callable[[int], object] = _nothing  # step of a checkpoint, written or restored
-    log: Callable[[str], object] = _nothing  # where a run continues, or why it starts anew
+    restore_observer: Callable[[str], object] = lambda _: None  # called before the run continues
+    must_stop: Callable[[], bool] = lambda: False  # after each step; true: write, and raise Interrupted
+    on_checkpoint: Callable[[int], object] = lambda _: None  # step of a checkpoint, written or restored
+    log: Callable[[str], object] = lambda _: None  # where a run continues, or why it starts anew
 
     def read(self, mark: Fingerprint) -> "Carried | None":
         """The content of the file if it is there and has this fingerprint, or None with the reason in the log."""

@@ -23,8 +23,7 @@ from solver.problem.geometry import Geometry, dimensions, hoop_factor, unpacked
 from solver.state import Particles
 from solver.steps.space import (
     PACK,
-    ElementPoints,
-    Scattered,
+    Gridless,
     deviators_of,
     find_nodes,
     gather,
@@ -252,7 +251,7 @@ class PointUpdate:
 
     def update(
         self,
-        space: Geometry | Scattered | ElementPoints,
+        space: Geometry | Gridless,
         viscosity: ArtificialViscosity,
         share: int,
         body: int,

@@ -5,11 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared, temperature_at
 from solver.matter.eos.jwl import burnt_fraction
 from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.failure.spall import Spall
+from solver.matter.failure.void_growth import _root
 from solver.matter.laws import Matter
 from solver.matter.strength.drucker_prager import DruckerPrager
 from solver.matter.stress import PointState, advance
@@ -177,3 +180,16 @@ def test_soil__is_cut_off_in_tension(tensile: float) -> None:
     tau = equivalent_stress(point.deviator) / math.sqrt(3.0)
     expected = max(0.0, COHESION - FRICTION * tensile)
     assert math.isclose(tau, expected, rel_tol=1e-9, abs_tol=1e-9 * COHESION)
+
+
+# Voids that grow: the implicit equation of a step
+
+logarithms = st.floats(-8.0, 8.0)
+
+
+@given(logarithms, logarithms, st.floats(1.0, 20.0))
+def test_root__solves_the_equation_of_opening_voids_to_round_off(factor: float, total: float, power: float) -> None:
+    """For any tension, time step and power; zero without tension."""
+    x = _root(10.0**factor, power, 10.0**total)
+    assert math.isclose(x + 10.0**factor * x**power, 10.0**total, rel_tol=ROUND_OFF)
+    assert _root(10.0**factor, power, 0.0) == 0.0

@@ -36,7 +36,7 @@ from solver.problem.geometry import AXES, Cartesian3D
 from solver.state import DENSITY, MASS, NEW_X, NEW_Z, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance, refuse
 from solver.steps.points import PointUpdate, StateLimits
-from solver.steps.space import ElementPoints
+from solver.steps.space import Gridless
 from solver.steps.threads import ThreadPool
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
@@ -108,7 +108,7 @@ class ElementStepper(Method):
         self.undriven = np.full(position.shape[0], -1)
         self.before = np.zeros(1)  # the step that ended at n, s
         lengths = np.zeros((1, self.states.shape[1]))
-        self.space = ElementPoints(geometry.lower, geometry.spacing, geometry.cells, lengths)
+        self.space = Gridless(geometry.lower, geometry.spacing, geometry.cells, AXES, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = np.zeros((shares, NODES, AXES))
         self.points = PointUpdate(problem, limits, shares)

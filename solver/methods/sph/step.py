@@ -45,7 +45,7 @@ from solver.state import MASS, VX, Particles, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance, refuse
 from solver.steps.points import PointUpdate, StateLimits
-from solver.steps.space import AXES, Scattered
+from solver.steps.space import AXES, Gridless
 from solver.steps.threads import ThreadPool
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
@@ -81,7 +81,8 @@ class ParticleStepper(Method):
         self.pressed = pressed_ends(problem, self.axes)
         self.loaded: list[LoadedLayer] = []
         self.before = np.zeros(1)  # the step that ended at n, s
-        self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
+        geometry, lengths = problem.geometry, np.zeros((1, problem.particle_count))
+        self.space = Gridless(geometry.lower, geometry.spacing, geometry.cells, self.axes, lengths)
         self.points = PointUpdate(problem, limits, shares)
         self.sums = np.zeros((shares, 8))
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
