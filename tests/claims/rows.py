@@ -6,7 +6,7 @@ that its figure is a number.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -30,33 +30,6 @@ class Row(Comparison):
 
     def __str__(self) -> str:
         return super().__str__() + ("" if self.order is None else f" | order {self.order:.2f}")
-
-
-@dataclass(frozen=True)
-class Verified:
-    """A computed row of a claim with the wall time since the row before it."""
-
-    case: str
-    row: Row
-    seconds: float
-
-    def as_json(self) -> dict[str, Any]:
-        """As plain objects."""
-        plain = {name: _plain(value) for name, value in self.row.as_json().items()}
-        return {"case": self.case, **plain, "seconds": round(self.seconds, 3)}
-
-
-def _plain(value: Any) -> Any:
-    """A value that JSON can hold."""
-    if isinstance(value, Mapping):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, bool | int | str) or value is None:
-        return value
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        return str(value)
-    return number if math.isfinite(number) else None
 
 
 def relative(

@@ -1,12 +1,10 @@
 """Rows of claims cannot hide a failure."""
 
-import json
 import math
-from typing import Any
 
 import pytest
 
-from tests.claims.rows import Row, Verified, absolute, at_least, at_most, equal, relative, reported
+from tests.claims.rows import Row, absolute, at_least, at_most, equal, relative, reported
 
 NAN = math.nan
 
@@ -33,9 +31,3 @@ NAN = math.nan
 def test_row__passes_within_its_tolerance_only(row: Row, verdict: str) -> None:
     assert row.verdict == verdict
     assert str(row).startswith(verdict)
-
-
-@pytest.mark.parametrize(("got", "plain"), [(NAN, None), ([1, 2], "[1, 2]"), (3, 3), ("a", "a")])
-def test_row__is_plain_json(got: Any, plain: Any) -> None:
-    row = Verified("claim", Row("x", 1.0, got, None), 0.0)
-    assert json.loads(json.dumps(row.as_json(), allow_nan=False))["got"] == plain
