@@ -10,16 +10,13 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from time import monotonic
-from typing import Any, BinaryIO, Protocol
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from solver import PHYSICS_VERSION
-from solver.audit import Audit
-from solver.errors import Interrupted
 from solver.jit import compiler
 from solver.problem import Problem
 
@@ -28,14 +25,6 @@ MEBIBYTE = 1 << 20
 DIGEST_SIZE = hashlib.sha256().digest_size
 
 Fingerprint = Mapping[str, str]
-
-
-def _nothing(_: object) -> None:
-    """Ignore the argument."""
-
-
-def _never() -> bool:
-    return False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +38,29 @@ class Checkpointing:
     seconds_between: float = MINUTE  # of wall clock
     caller: str = ""  # version of the observer state, which must be the same
     observer_state: Callable[[], str] = str  # stored in the checkpoint
-    restore_observer: Callable[[str], object] = _nothing  # called before the run continues
-    must_stop: Callable[[], bool] = _never  # after each step; true: write, and raise Interrupted
-    on_checkpoint: Callable[[int], object] = _nothing  # step of a checkpoint, written or restored
-    log: Callable[[str], object] = _nothing  # where a run continues, or why it starts anew
+    restore_observer: Callable[[str], object] = lambda _: None  # called before the run continues
+    must_stop: Callable[[], bool] = lambda: False  # after each step; true: write, and raise Interrupted
+    on_checkpoint: Callable[[int], object] = lambda _: None  # step of a checkpoint, written or restored
+    log: Callable[[str], object] = lambda _: None  # where a run continues, or why it starts anew
+
+    def read(self, mark: Fingerprint) -> "Carried | None":
+        """The content of the file if it is there and has this fingerprint, or None with the reason in the log."""
+        try:
+            return read_checkpoint(self.path, mark)
+        except FileNotFoundError:
+            return None
+        except (CheckpointRefused, OSError) as error:
+            self.log(f"from the start, without the checkpoint: {error}")
+            return None
+
+    def write(self, mark: Fingerprint, carried: "Carried", step: int) -> None:
+        """Write the file; a run whose file cannot be written goes on, with the reason in the log."""
+        try:
+            write_checkpoint(self.path, mark, carried)
+        except OSError as error:
+            self.log(f"a checkpoint could not be written: {error}")
+        else:
+            self.on_checkpoint(step)
 
 
 @dataclass(frozen=True)
@@ -168,80 +176,3 @@ def _pieces(value: Any) -> Iterator[bytes | memoryview]:
         yield repr(value).encode()
     else:
         raise TypeError(f"a problem holds a {type(value)}, which has no content hash")
-
-
-class Stepping(Protocol):
-    """The state that a checkpoint stores and restores: a ``simulation.Simulation``."""
-
-    problem: Problem
-    shares: int
-    time: float
-    step: int
-
-    def carried(self) -> Carried:
-        """The state that passes from this step to the next."""
-
-    def take_over(self, carried: Carried) -> None:
-        """Continue from the state of a simulation of the same problem."""
-
-
-@dataclass
-class Observing:
-    """The state of an observed run besides its simulation."""
-
-    history: list[Audit] = field(default_factory=list)
-    due: float = 0.0  # time of the next observation, s
-
-
-class CheckpointWriter:
-    """Writes the checkpoints of a run, and restores it from the last one."""
-
-    def __init__(self, simulation: Stepping, observing: Observing, checkpoint: Checkpointing, interval: float):
-        self.simulation = simulation
-        self.observing = observing
-        self.checkpoint = checkpoint
-        self.mark = fingerprint(
-            simulation.problem, interval=repr(interval), caller=checkpoint.caller, shares=str(simulation.shares)
-        )
-        self.written = monotonic()
-
-    def restore(self) -> None:
-        """Continue from the checkpoint file, or report the reason why it cannot be used."""
-        try:
-            carried = read_checkpoint(self.checkpoint.path, self.mark)
-        except FileNotFoundError:
-            return
-        except (CheckpointRefused, OSError) as error:
-            self.checkpoint.log(f"from the start, without the checkpoint: {error}")
-            return
-        observing = carried.numbers["observing"]
-        self.checkpoint.restore_observer(observing["observer"])
-        self.observing.history = [Audit.from_plain(**audit) for audit in observing["history"]]
-        self.observing.due = observing["due"]
-        self.simulation.take_over(carried)
-        self.checkpoint.on_checkpoint(self.simulation.step)
-        self.checkpoint.log(f"from the checkpoint at t = {self.simulation.time:.6g} s, step {self.simulation.step}")
-
-    def after_step(self) -> None:
-        """Write a checkpoint when one is due; raise Interrupted when the caller asks the run to stop."""
-        must_stop = self.checkpoint.must_stop()
-        if must_stop or monotonic() - self.written >= self.checkpoint.seconds_between:
-            self._write()
-        if must_stop:
-            raise Interrupted(time=self.simulation.time, step=self.simulation.step)
-
-    def _write(self) -> None:
-        carried = self.simulation.carried()
-        observing = {
-            "history": [asdict(audit) for audit in self.observing.history],
-            "due": self.observing.due,
-            "observer": self.checkpoint.observer_state(),
-        }
-        carried = Carried({**carried.numbers, "observing": observing}, carried.arrays)
-        try:
-            write_checkpoint(self.checkpoint.path, self.mark, carried)
-        except OSError as error:
-            self.checkpoint.log(f"a checkpoint could not be written: {error}")
-        else:
-            self.checkpoint.on_checkpoint(self.simulation.step)
-        self.written = monotonic()

@@ -4,13 +4,15 @@ import math
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, fields, replace
+from time import monotonic
 from typing import Protocol
 
 import numpy as np
 
+from solver import state
 from solver.audit import Audit, Books, audit, body_balances, left_behind, summed, totals
-from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
-from solver.errors import ProblemError, UnphysicalState
+from solver.checkpoints import Carried, Checkpointing, Fingerprint, fingerprint
+from solver.errors import Interrupted, ProblemError, UnphysicalState
 from solver.grid.debris import clear_debris
 from solver.grid.flight import flown_columns, is_on_grid
 from solver.grid.step import Stepper, shares_of
@@ -21,11 +23,7 @@ from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
 from solver.problem.geometry import node_count
 from solver.state import (
-    LIGHTING,
-    MASS,
     NONE_DEPARTED,
-    VX,
-    VZ,
     Departed,
     Particles,
     Snapshot,
@@ -303,7 +301,7 @@ class Simulation:
         which = slice(self.arrived, due)
         coming = arrivals.table[:, which]
         flown = flown_columns(self.problem, coming, self.time - arrivals.time[which])
-        turned = ((flown - coming)[VX : VZ + 1] * coming[MASS]).sum(axis=1)
+        turned = ((flown - coming)[state.VX : state.VZ + 1] * coming[state.MASS]).sum(axis=1)
         self.books = replace(self.books, impulse=self.books.impulse + turned)
         number = self.problem.particle_count - arrivals.time.size + np.arange(self.arrived, due)
         count = self.body.size
@@ -377,7 +375,7 @@ class Simulation:
         ledger = self.books.ledger.with_particles(particles, gone, expanding=expanding, discarded=stray)
         self.books = replace(self.books, ledger=ledger)
         self._departures.append(records(self.time, particles, self.body, gone, remembered_in(self.table)))
-        self.table[MASS, gone] = 0.0
+        self.table[state.MASS, gone] = 0.0
         geometry = self.problem.geometry
         self.particles.position[gone] = geometry.lower + 0.5 * geometry.spacing
 
@@ -402,46 +400,80 @@ def simulate(
     """
     simulation = start(problem, threads=threads, shares=shares)
     with closing(simulation.pool):
-        return _run(simulation, observe, interval or problem.end_time, recorder, checkpoint)
+        return ObservedRun(simulation, observe, interval or problem.end_time, recorder, checkpoint).outcome()
 
 
-def _run(
-    simulation: Simulation,
-    observe: SnapshotObserver | None,
-    interval: float,
-    recorder: Recorder | None,
-    checkpoint: Checkpointing | None,
-) -> Outcome:
-    end_time = simulation.problem.end_time
-    observing = Observing()
-    writer = CheckpointWriter(simulation, observing, checkpoint, interval) if checkpoint else None
-    if writer:
-        writer.restore()
-    stop = None
-    while stop is None:
-        last = simulation.time >= end_time
-        if recorder and simulation.time >= recorder.due:
-            recorder.add(simulation.snapshot())
-        if simulation.time >= observing.due or last:
-            observing.history.append(simulation.audit())
-            stop = observe(simulation.snapshot()) if observe else None
-            observing.due = (math.floor(simulation.time / interval * (1.0 + 1e-12)) + 1) * interval
-        if stop is None and last:
-            stop = "end_time"
-        if stop is None:
-            simulation.advance()
-            if writer:
-                writer.after_step()
-    return Outcome(
-        snapshot=simulation.snapshot(),
-        stop=stop,
-        audit=observing.history[-1],
-        history=tuple(observing.history),
-        counters=simulation.counters,
-        smallest_step=simulation.smallest_step,
-        particle_steps=simulation.particle_steps,
-        books=simulation.books,
-    )
+@dataclass
+class ObservedRun:
+    """A simulation with what observes it, and the checkpoint from which it goes on."""
+
+    simulation: Simulation
+    observe: SnapshotObserver | None
+    interval: float  # s
+    recorder: Recorder | None
+    checkpoint: Checkpointing | None
+    history: list[Audit] = field(default_factory=list)
+    due: float = 0.0  # time of the next observation, s
+    written: float = field(default_factory=monotonic)  # time of the last checkpoint, of the wall clock
+
+    def outcome(self) -> Outcome:
+        """Go on from the checkpoint, or from the start, to the end."""
+        simulation, stop = self.simulation, None
+        mark = self._restored(self.checkpoint) if self.checkpoint else {}
+        while stop is None:
+            last = simulation.time >= simulation.problem.end_time
+            if self.recorder and simulation.time >= self.recorder.due:
+                self.recorder.add(simulation.snapshot())
+            if simulation.time >= self.due or last:
+                self.history.append(simulation.audit())
+                stop = self.observe(simulation.snapshot()) if self.observe else None
+                self.due = (math.floor(simulation.time / self.interval * (1.0 + 1e-12)) + 1) * self.interval
+            if stop is None and last:
+                stop = "end_time"
+            if stop is None:
+                simulation.advance()
+                if self.checkpoint:
+                    self._keep(self.checkpoint, mark)
+        return Outcome(
+            snapshot=simulation.snapshot(),
+            stop=stop,
+            audit=self.history[-1],
+            history=tuple(self.history),
+            counters=simulation.counters,
+            smallest_step=simulation.smallest_step,
+            particle_steps=simulation.particle_steps,
+            books=simulation.books,
+        )
+
+    def _restored(self, checkpoint: Checkpointing) -> Fingerprint:
+        """Continue from the checkpoint file where it can be used; the fingerprint of this run."""
+        simulation, caller, shares = self.simulation, checkpoint.caller, str(self.simulation.shares)
+        mark = fingerprint(simulation.problem, interval=repr(self.interval), caller=caller, shares=shares)
+        if carried := checkpoint.read(mark):
+            observing = carried.numbers["observing"]
+            checkpoint.restore_observer(observing["observer"])
+            self.history = [Audit.from_plain(**audit) for audit in observing["history"]]
+            self.due = observing["due"]
+            simulation.take_over(carried)
+            checkpoint.on_checkpoint(simulation.step)
+            checkpoint.log(f"from the checkpoint at t = {simulation.time:.6g} s, step {simulation.step}")
+        return mark
+
+    def _keep(self, checkpoint: Checkpointing, mark: Fingerprint) -> None:
+        """Write a checkpoint when one is due; raise Interrupted when the caller asks the run to stop."""
+        simulation, must_stop = self.simulation, checkpoint.must_stop()
+        if must_stop or monotonic() - self.written >= checkpoint.seconds_between:
+            carried = simulation.carried()
+            observing = {
+                "history": [asdict(audit) for audit in self.history],
+                "due": self.due,
+                "observer": checkpoint.observer_state(),
+            }
+            everything = Carried({**carried.numbers, "observing": observing}, carried.arrays)
+            checkpoint.write(mark, everything, simulation.step)
+            self.written = monotonic()
+        if must_stop:
+            raise Interrupted(time=simulation.time, step=simulation.step)
 
 
 def shares_for(particles: int) -> int:
@@ -473,7 +505,7 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
         particles.position[:], particles.velocity[:], particles.mass[:] = body.position, body.velocity, body.mass
         body.fill(particles)
         if body.lighting is not None:
-            table[LIGHTING, begin : begin + size] = body.lighting
+            table[state.LIGHTING, begin : begin + size] = body.lighting
         begin += size
     index = np.repeat(np.arange(len(sizes)), sizes)
     pool = ThreadPool(threads_for(problem.particle_count, threads, shares))

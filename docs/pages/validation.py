@@ -19,9 +19,9 @@ from service.settings import Settings
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.compared import Line, Picture
-from studies.cases.comparison import Comparison
 from studies.cases.pages import HEADERS, cells, draw
 from studies.cubes.opening import whole_cube
+from studies.quantities.comparison import Comparison
 from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"

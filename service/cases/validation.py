@@ -6,10 +6,10 @@ from pathlib import Path
 from service.cli.local import STORE_OF_FOLDER, ShowProgress, run_sweeps
 from service.settings import Settings
 from studies.cases import validation
-from studies.cases.comparison import Comparison
 from studies.cases.pages import ComputedCase, write_page
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.cubes.opening import whole_cube
+from studies.quantities.comparison import Comparison
 
 STORE = STORE_OF_FOLDER
 

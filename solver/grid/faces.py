@@ -53,20 +53,14 @@ class Closed(NamedTuple):
 def closed_nodes(geometry: Geometry, faces: tuple[tuple[Face, Face], ...], clamp: Clamp) -> Closed:
     """The nodes at the closed faces of a grid."""
     layers = [
-        [
-            _layer(geometry, axis, side, kind, clamp)
-            for side, kind in enumerate(faces[axis])
-            if kind != Face.FREE and geometry.cells[axis] > 0
-        ]
+        _layer(geometry, axis, side, kind, clamp)
         for axis in range(3)
+        for side, kind in enumerate(faces[axis])
+        if kind != Face.FREE and geometry.cells[axis] > 0
     ]
-    counts = [sum(layer["face"].size for layer in axis) for axis in layers]
-    found = {
-        name: np.concatenate([layer[name] for axis in layers for layer in axis] or [empty])
-        for name, empty in _NO_LAYER.items()
-    }
-    count = sum(counts)
-    start = np.cumsum([0, *counts])
+    found = {name: np.concatenate([empty, *(layer[name] for layer in layers)]) for name, empty in _NO_LAYER.items()}
+    start = np.searchsorted(found["axis"], np.arange(4))
+    count = found["axis"].size
     blocks = np.stack([found["face"], found["ghost"], found["inner"]], axis=1) // BLOCK
     changes = np.flatnonzero((np.diff(blocks, axis=0) != 0).any(axis=1)) + 1
     run = np.unique(np.concatenate([changes, start]))
@@ -81,7 +75,7 @@ def closed_nodes(geometry: Geometry, faces: tuple[tuple[Face, Face], ...], clamp
         pull=np.zeros(count),
         taken=np.zeros(count),
         near=np.arange(count),
-        near_start=np.cumsum([0, *counts]),
+        near_start=start.copy(),
     )
 
 

@@ -12,26 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solver import state
 from solver.audit import BodyBalance, Books, Ledger, body_balances, left_behind
 from solver.grid.debris import clear_debris
 from solver.problem import Face, Problem
 from solver.problem.geometry import Geometry, impact_axis
-from solver.state import (
-    HARDENED,
-    NONE_DEPARTED,
-    S11,
-    VX,
-    VZ,
-    Arrivals,
-    Departed,
-    Snapshot,
-    X,
-    Z,
-    columns,
-    joined,
-    records,
-    views,
-)
+from solver.state import NONE_DEPARTED, Arrivals, Departed, Snapshot, columns, joined, records, views
 from solver.steps.crossing import SHEAR
 
 NOTHING = BodyBalance(*[0.0] * 6)  # that a body has left behind
@@ -69,7 +55,7 @@ def fly(
     late, ledger = _late(problem, snapshot), base
     for left_out in (missed, stays, late):
         ledger = ledger.with_particles(left_out, slice(None))
-    turned = ((arriving[VX : VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
+    turned = ((arriving[state.VX : state.VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
     nothing = views(arriving[:, :0]), departed.body[:0]
     behind = [(matter, matter.body) for matter in (missed, stays, late)]
     left = body_balances(problem.geometry, nothing, *behind, count=bodies)
@@ -93,10 +79,10 @@ def _angular_momentum_error(
     departed: Departed, which: np.ndarray, arriving: np.ndarray, shift: np.ndarray, axis: int
 ) -> float:
     """How well the records (k,) of ``which`` keep their angular momentum as the columns that arrive, relative."""
-    straight = departed.velocity[which, 0] == arriving[VX]
+    straight = departed.velocity[which, 0] == arriving[state.VX]
     ends = (
         (departed.position[which].T, departed.velocity[which].T),
-        (arriving[X : Z + 1] + shift[:, None], arriving[VX : VZ + 1]),
+        (arriving[state.X : state.Z + 1] + shift[:, None], arriving[state.VX : state.VZ + 1]),
     )
     first, last = (
         (departed.mass[which] * (place[axis] * velocity[0] - place[0] * velocity[axis]))[straight]
@@ -129,7 +115,7 @@ def _late(problem: Problem, snapshot: Snapshot) -> Departed:
     numbers = np.concatenate([snapshot.particles.number, snapshot.departed.number])
     which = np.arange(max(0, int(numbers.max(initial=-1)) + 1 - first), count)
     late = views(arrivals.table, first + np.arange(count))
-    return records(arrivals.time[which], late, arrivals.body, which, arrivals.table[HARDENED:])
+    return records(arrivals.time[which], late, arrivals.body, which, arrivals.table[state.HARDENED :])
 
 
 def _entering(
@@ -141,11 +127,11 @@ def _entering(
     which = np.flatnonzero(departed.velocity[:, axis] > 0.0)
     passed = (place + shift[axis] - departed.position[which, axis]) / departed.velocity[which, axis]
     arriving = flown_columns(problem, table[:, which], passed)
-    arriving[X : Z + 1] -= shift[:, None]
-    arriving[X + axis] = place
+    arriving[state.X : state.Z + 1] -= shift[:, None]
+    arriving[state.X + axis] = place
     time = departed.time[which] + passed
     order = np.argsort(time, kind="stable")
-    order = order[is_on_grid(geometry, arriving[X : Z + 1].T)[order]]
+    order = order[is_on_grid(geometry, arriving[state.X : state.Z + 1].T)[order]]
     return which[order], time[order], np.ascontiguousarray(arriving[:, order])
 
 
@@ -156,15 +142,15 @@ def flown_columns(problem: Problem, table: np.ndarray, passed: np.ndarray) -> np
     """
     table, geometry = table.copy(), problem.geometry
     for axis in range(3):
-        table[X + axis] += passed * table[VX + axis]
+        table[state.X + axis] += passed * table[state.VX + axis]
     for axis, faces in enumerate(problem.faces):
         for side, face in enumerate(faces):
             if face != Face.SYMMETRIC:
                 continue
             wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
-            beyond = table[X + axis] > wall if side else table[X + axis] < wall
-            table[X + axis, beyond] = 2.0 * wall - table[X + axis, beyond]
-            for row in (VX + axis, *(S11 + component for component in SHEAR[axis])):
+            beyond = table[state.X + axis] > wall if side else table[state.X + axis] < wall
+            table[state.X + axis, beyond] = 2.0 * wall - table[state.X + axis, beyond]
+            for row in (state.VX + axis, *(state.S11 + component for component in SHEAR[axis])):
                 table[row, beyond] *= -1.0
     return table
 

@@ -19,37 +19,13 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from solver import state
 from solver.audit import BodyBalance, Books, Ledger, Totals
 from solver.grid.flight import Flight
 from solver.matter.eos import density_at_rest
 from solver.matter.laws import Matter
 from solver.problem import Problem
-from solver.state import (
-    DAMAGE,
-    DENSITY,
-    ENERGY,
-    GROWN,
-    KELVIN,
-    LONGEST,
-    MASS,
-    PARTED,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    STRAIN,
-    VISCOSITY,
-    VX,
-    VY,
-    VZ,
-    Arrivals,
-    X,
-    Y,
-    Z,
-)
+from solver.state import Arrivals
 
 QUARTER = 0.5 * math.pi  # rad
 BITS = 10  # of a place on the curve: a millionth of the square about a body
@@ -77,11 +53,11 @@ class Scattered(NamedTuple):
 
 def radius_of(arrivals: Arrivals, share: float) -> float:
     """Radius (m) within which arrivals of a body of revolution bring a share of their momentum along the flight."""
-    momentum, order = arrivals.table[MASS] * arrivals.table[VY], np.argsort(arrivals.table[X])
+    momentum, order = arrivals.table[state.MASS] * arrivals.table[state.VY], np.argsort(arrivals.table[state.X])
     if not order.size:
         return 0.0
     within = np.cumsum(momentum[order])
-    return float(arrivals.table[X, order[np.searchsorted(within, share * within[-1])]])
+    return float(arrivals.table[state.X, order[np.searchsorted(within, share * within[-1])]])
 
 
 def median(diameter: np.ndarray) -> float | None:
@@ -107,7 +83,7 @@ def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: flo
     random, arrivals = np.random.default_rng(seed), flight.arrivals
     rest = np.concatenate([body.position[:, :2] for body in problem.bodies])
     if flight.number.max(initial=-1) >= len(rest):  # of a stage before: what is together flies together
-        rest, flight = arrivals.table[VX : VY + 1].T, flight._replace(number=np.arange(arrivals.time.size))
+        rest, flight = arrivals.table[state.VX : state.VY + 1].T, flight._replace(number=np.arange(arrivals.time.size))
     parts, diameters = [], []
     for number, body in enumerate(problem.bodies):
         mine = np.flatnonzero(arrivals.body == number)
@@ -123,7 +99,7 @@ def scatter(problem: Problem, flight: Flight, sizes: np.ndarray, *, spacing: flo
     table = np.ascontiguousarray(table[:, order])
     landed = flight._replace(
         arrivals=Arrivals(time[order], of_body[order], table),
-        books=_of_quarter(flight.books, given=(table[VX : VY + 1] * table[MASS]).sum(axis=1)),
+        books=_of_quarter(flight.books, given=(table[state.VX : state.VY + 1] * table[state.MASS]).sum(axis=1)),
         missed=QUARTER * flight.missed,
     )
     return Scattered(landed, np.concatenate(diameters))
@@ -162,26 +138,26 @@ def _rings(
     debris: Debris, spacing: float, density: float, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Particles of whole matter, as many of each ring as fill it: times (n,) and columns of a table (LONGEST, n)."""
-    count = np.maximum(1, np.rint(QUARTER * debris.table[MASS] / (density * spacing**3))).astype(np.int64)
+    count = np.maximum(1, np.rint(QUARTER * debris.table[state.MASS] / (density * spacing**3))).astype(np.int64)
     which = np.repeat(np.arange(count.size), count)
     place = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
     angle = QUARTER * (place + random.uniform(size=which.size)) / count[which]
     table = debris.table[:, which].copy()
-    table[MASS] *= QUARTER / count[which]
+    table[state.MASS] *= QUARTER / count[which]
     return debris.time[which], _turned(table, angle)
 
 
 def _turned(table: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Columns (rows, n) of a body of revolution, whose second axis is the flight, turned about it by angles (n,)."""
     cos, sin, out = np.cos(angle), np.sin(angle), table.copy()
-    radius, along, outward, forward = table[X], table[Y], table[VX], table[VY]
-    out[X], out[Y], out[Z] = radius * cos, radius * sin, along
-    out[VX], out[VY], out[VZ] = outward * cos, outward * sin, forward
-    radial, axial, hoop, shear = table[S11], table[S22], table[S33], table[S12]
-    out[S11] = cos**2 * radial + sin**2 * hoop
-    out[S22] = sin**2 * radial + cos**2 * hoop
-    out[S33], out[S12] = axial, cos * sin * (radial - hoop)
-    out[S31], out[S23] = cos * shear, sin * shear
+    radius, along, outward, forward = table[state.X], table[state.Y], table[state.VX], table[state.VY]
+    out[state.X], out[state.Y], out[state.Z] = radius * cos, radius * sin, along
+    out[state.VX], out[state.VY], out[state.VZ] = outward * cos, outward * sin, forward
+    radial, axial, hoop, shear = table[state.S11], table[state.S22], table[state.S33], table[state.S12]
+    out[state.S11] = cos**2 * radial + sin**2 * hoop
+    out[state.S22] = sin**2 * radial + cos**2 * hoop
+    out[state.S33], out[state.S12] = axial, cos * sin * (radial - hoop)
+    out[state.S31], out[state.S23] = cos * shear, sin * shear
     return out
 
 
@@ -191,14 +167,14 @@ def _pieces(
     """Particles of the pieces of parted matter, their times and columns; and the diameters (p,) of the pieces."""
     order = np.argsort(_along_curve(debris.rest), kind="stable")
     debris = _some(debris, order)
-    mass = QUARTER * debris.table[MASS]
+    mass = QUARTER * debris.table[state.MASS]
     end, least = np.cumsum(mass), LIGHTEST * density * spacing**3
     total, begin, first = float(mass.sum()), 0.0, 0
     times, tables, diameters = [], [], []
     while first < mass.size and total - begin > 1e-12 * total:
         drawn = max(random.exponential(density * debris.size[first] ** 3), least)
         radius, angle = 0.5 * math.cbrt(6.0 * drawn / (math.pi * density)), QUARTER * random.uniform()
-        place, part = _beside_planes(debris.table[X, first], angle, radius if 2.0 * radius > spacing else 0.0)
+        place, part = _beside_planes(debris.table[state.X, first], angle, radius if 2.0 * radius > spacing else 0.0)
         stop = min(begin + part * drawn, total)
         if total - stop < least:
             stop = total
@@ -213,7 +189,7 @@ def _pieces(
         diameters.append(2.0 * radius)
         begin, first = stop, last if end[last] > stop else last + 1
     if not times:
-        return (np.zeros(0), np.zeros((LONGEST, 0))), np.zeros(0)
+        return (np.zeros(0), np.zeros((state.LONGEST, 0))), np.zeros(0)
     return (np.concatenate(times), np.concatenate(tables, axis=1)), np.array(diameters)
 
 
@@ -236,19 +212,19 @@ def _merged(debris: Debris, shares: np.ndarray, angle: float, place: Place, matt
     Its middle is that of all of them at any one time.
     """
     table, total = debris.table, shares.sum()
-    outward, forward = (shares @ table[row] / total for row in (VX, VY))
-    time = float(shares @ (table[VY] * debris.time) / (total * forward))
-    distance = abs(shares @ (table[X] + table[VX] * (time - debris.time)) / total)
-    energy = shares @ (table[ENERGY] + 0.5 * (table[VX] ** 2 + table[VY] ** 2)) / total
-    column = np.zeros(LONGEST)
+    outward, forward = (shares @ table[row] / total for row in (state.VX, state.VY))
+    time = float(shares @ (table[state.VY] * debris.time) / (total * forward))
+    distance = abs(shares @ (table[state.X] + table[state.VX] * (time - debris.time)) / total)
+    energy = shares @ (table[state.ENERGY] + 0.5 * (table[state.VX] ** 2 + table[state.VY] ** 2)) / total
+    column = np.zeros(state.LONGEST)
     for row, part, on, beside in zip((0, 1), (math.cos(angle), math.sin(angle)), place.on, place.beside, strict=True):
-        column[X + row] = 0.0 if on else max(distance * part, beside)
-        column[VX + row] = 0.0 if on else outward * part
-    column[Z], column[VZ], column[MASS] = table[Y, 0], forward, total
-    column[ENERGY] = energy - 0.5 * (column[VX : VZ + 1] ** 2).sum()
-    column[DENSITY] = density_at_rest(matter.eos, column[ENERGY])
-    column[STRAIN], column[KELVIN] = (shares @ table[row] / total for row in (STRAIN, KELVIN))
-    for row in (PRESSURE, VISCOSITY, DAMAGE, PARTED, GROWN):
+        column[state.X + row] = 0.0 if on else max(distance * part, beside)
+        column[state.VX + row] = 0.0 if on else outward * part
+    column[state.Z], column[state.VZ], column[state.MASS] = table[state.Y, 0], forward, total
+    column[state.ENERGY] = energy - 0.5 * (column[state.VX : state.VZ + 1] ** 2).sum()
+    column[state.DENSITY] = density_at_rest(matter.eos, column[state.ENERGY])
+    column[state.STRAIN], column[state.KELVIN] = (shares @ table[row] / total for row in (state.STRAIN, state.KELVIN))
+    for row in (state.PRESSURE, state.VISCOSITY, state.DAMAGE, state.PARTED, state.GROWN):
         column[row] = 0.0  # a piece is whole
     return time, column
 
@@ -268,10 +244,10 @@ def _grains(
             if on:
                 offset = offset[:, offset[row] > 0.0]
     table = np.repeat(column[:, None], offset.shape[1], axis=1)
-    table[MASS] /= offset.shape[1]
+    table[state.MASS] /= offset.shape[1]
     # The last piece of a body takes what is left, and may be wider than it was drawn.
-    table[X : Y + 1] = np.maximum(table[X : Y + 1] + offset[:2], 0.0)
-    return time - offset[2] / column[VZ], table
+    table[state.X : state.Y + 1] = np.maximum(table[state.X : state.Y + 1] + offset[:2], 0.0)
+    return time - offset[2] / column[state.VZ], table
 
 
 def _along_curve(place: np.ndarray) -> np.ndarray:

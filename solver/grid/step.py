@@ -38,9 +38,9 @@ from solver.grid.loads import Loads
 from solver.grid.nodes import ACCELERATION, BEFORE, BLOCK, FORCE, empty_nodes
 from solver.grid.shapes.linear import Linear
 from solver.grid.transfer import StepDamping, StepWork, move_particles, scatter_smoothed, scatter_state, scatter_surface
-from solver.jit import Bound, kernel
+from solver.jit import Bound, Record, kernel
 from solver.problem import Problem, Scheme
-from solver.problem.geometry import dimensions, node_count
+from solver.problem.geometry import Geometry, dimensions, node_count
 from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
@@ -92,14 +92,12 @@ class Field:
 
     def scatter(self, partition: Partition) -> None:
         """m, p and f at n from the particles."""
-        geometry, shape, table = self.problem.geometry, self.problem.shape, partition.table
-        ranges, tables, touched = partition.shares[:, self.bodies], self.tables, self.touched
-        self.pool.run(
-            lambda share: self.kernels.scatter_state(
-                geometry, shape, self.packs[share], table, ranges[share], tables[share], touched[share]
-            ),
-            range(len(tables)),
-        )
+        tables, touched = self.tables, self.touched
+
+        def scatter(share: int) -> None:
+            self.kernels.scatter_state(*self._particles_of(partition, share), tables[share], touched[share])
+
+        self.pool.run(scatter, range(len(tables)))
         self._sum_shares()
         if len(tables) > 1:
             np.bitwise_or.reduce(touched, axis=0, out=touched[0])
@@ -146,25 +144,13 @@ class Field:
 
     def move(self, partition: Partition, work: StepWork, damping: StepDamping, dt: float) -> None:
         """x and v of the particles at n+1, and their p back on the nodes."""
-        geometry, shape, table = self.problem.geometry, self.problem.shape, partition.table
-        ranges, nodes, tables = partition.shares[:, self.bodies], self.nodes, self.tables
-        self.pool.run(
-            lambda share: self.kernels.move_particles(
-                geometry,
-                shape,
-                self.packs[share],
-                table,
-                ranges[share],
-                nodes.motion,
-                nodes.smoothed,
-                tables[share],
-                work,
-                damping,
-                dt,
-                self.lost[share],
-            ),
-            range(len(tables)),
-        )
+        seen = self.nodes.motion, self.nodes.smoothed
+
+        def move(share: int) -> None:
+            ours = self._particles_of(partition, share)
+            self.kernels.move_particles(*ours, *seen, self.tables[share], work, damping, dt, self.lost[share])
+
+        self.pool.run(move, range(len(self.tables)))
         self._sum_shares()
 
     def close_mapped(self) -> float:
@@ -187,6 +173,13 @@ class Field:
         """No mass on any node."""
         self._over_blocks(self.kernels.clear_lines, self.nodes.state)
         self.touched[:] = 0
+
+    def _particles_of(
+        self, partition: Partition, share: int
+    ) -> tuple[Geometry, Record | None, Pack, np.ndarray, np.ndarray]:
+        """What kernels take of the particles of a share in this field."""
+        ranges = partition.shares[:, self.bodies]
+        return self.problem.geometry, self.problem.shape, self.packs[share], partition.table, ranges[share]
 
     def _sum_shares(self) -> None:
         """Sum the tables of the shares in the first one, in their order."""

@@ -2,13 +2,12 @@
 
 from typing import TYPE_CHECKING
 
-from solver.steppers import Meshing, StepMethod
+from solver.steppers import StepMethod
 
 if TYPE_CHECKING:
-    import numpy as np
+    from solver.problem import Problem
 
-    from solver.problem import Mesh, Problem
-    from solver.steps.method import Method
+MESHING = "solver.methods.fem.mesh"
 
 
 def _smoothed(problem: "Problem") -> bool:
@@ -23,39 +22,8 @@ def _coupled(problem: "Problem") -> bool:
     return any(body.mesh for body in problem.bodies) and not _meshed(problem)
 
 
-def _particles() -> "type[Method]":
-    from solver.methods.sph.step import ParticleStepper
-
-    return ParticleStepper
-
-
-def _elements() -> "type[Method]":
-    from solver.methods.fem.step import ElementStepper
-
-    return ElementStepper
-
-
-def _both() -> "type[Method]":
-    from solver.methods.coupling import CoupledStepper
-
-    return CoupledStepper
-
-
-def _box(x: "np.ndarray", y: "np.ndarray", z: "np.ndarray") -> "tuple[np.ndarray, Mesh]":
-    from solver.methods.fem.mesh import lattice
-
-    return lattice(x, y, z)
-
-
-def _node_masses(mesh: "Mesh", position: "np.ndarray", density: float) -> "np.ndarray":
-    from solver.methods.fem.mesh import node_masses
-
-    return node_masses(mesh, position, density)
-
-
-MESHING = Meshing(_box, _node_masses)
 STEPPERS = (
-    StepMethod("sph", _smoothed, _particles),
-    StepMethod("fem", _meshed, _elements, MESHING),
-    StepMethod("sph-fem", _coupled, _both, MESHING),
+    StepMethod("sph", _smoothed, "solver.methods.sph.step:ParticleStepper"),
+    StepMethod("fem", _meshed, "solver.methods.fem.step:ElementStepper", MESHING),
+    StepMethod("sph-fem", _coupled, "solver.methods.coupling:CoupledStepper", MESHING),
 )

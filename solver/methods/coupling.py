@@ -57,7 +57,7 @@ class CoupledStepper(Method):
         self.faulty = False
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
-        """Take particles, nodes and integration points from n, at a time, to n+1."""
+        """Take particles, nodes and elements from n, at a time, to n+1."""
         # The elements remember the step that ended at n, for both.
         kick = 0.5 * (float(self.elements.before[0]) + dt)
         self.elements.before = np.array([dt])

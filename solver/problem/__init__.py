@@ -65,7 +65,6 @@ class Mesh(NamedTuple):
     """Hexahedra between the nodes of a body: ``solver/methods/fem``."""
 
     nodes: np.ndarray  # (e, 8) the body's particles: around the lower face from x to y, and those above them
-    points: int = 1  # integration points of an element: 1 or 8
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,13 @@
 """The methods that compute the steps of a problem: material points on a grid, and what features add.
 
-How to add one: an entry of the group ``whipple.solver.steppers``, a ``StepMethod``. A function imports its stepper: the
-kernels of a method are compiled only where a problem asks for it.
+How to add one: an entry of the group ``whipple.solver.steppers``, a ``StepMethod``. It names its stepper, which is
+imported, and whose kernels are compiled, only where a problem asks for it.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Protocol
 
 from solver.errors import ProblemError
 from solver.registry import entries
@@ -18,14 +19,14 @@ if TYPE_CHECKING:
     from solver.steps.method import Method
 
 
-@dataclass(frozen=True)
-class Meshing:
+class Meshing(Protocol):
     """What a method with elements makes for a body."""
 
-    # Nodes (n, 3) of a box at ascending coordinates along each axis (m), and the mesh between them.
-    box: "Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, Mesh]]"
-    # Masses (n,) of the nodes of a mesh (kg) by their places (m) and a density (kg/m3).
-    node_masses: "Callable[[Mesh, np.ndarray, float], np.ndarray]"
+    def lattice(self, x: "np.ndarray", y: "np.ndarray", z: "np.ndarray") -> "tuple[np.ndarray, Mesh]":
+        """Nodes (n, 3) of a box at ascending coordinates along each axis (m), and the mesh between them."""
+
+    def node_masses(self, mesh: "Mesh", position: "np.ndarray", density: float) -> "np.ndarray":
+        """Masses (n,) of the nodes of a mesh (kg) by their places (m) and a density (kg/m3)."""
 
 
 @dataclass(frozen=True)
@@ -34,21 +35,15 @@ class StepMethod:
 
     name: str  # as scenarios name it
     serves: Callable[["Problem"], bool]
-    stepper: Callable[[], "type[Method]"]
-    meshing: Meshing | None = None  # of a method with elements
+    stepper: str  # where the class of its steps is: "solver.grid.step:Stepper"
+    meshing: str = ""  # the module that is the ``Meshing`` of a method with elements
 
 
-def _on_grid(problem: "Problem") -> bool:
-    return problem.smoothing is None and not any(body.mesh for body in problem.bodies)
-
-
-def _grid_stepper() -> "type[Method]":
-    from solver.grid.step import Stepper
-
-    return Stepper
-
-
-STEPPER = StepMethod("mpm", _on_grid, _grid_stepper)
+STEPPER = StepMethod(
+    "mpm",
+    lambda problem: problem.smoothing is None and not any(body.mesh for body in problem.bodies),
+    "solver.grid.step:Stepper",
+)
 
 
 def methods() -> Mapping[str, StepMethod]:
@@ -57,18 +52,17 @@ def methods() -> Mapping[str, StepMethod]:
 
 
 def meshing(method: str) -> Meshing:
-    """The meshing of a method with elements; raises ProblemError of a method without, or that is not there."""
-    there = methods().get(method)
-    if there is None or there.meshing is None:
-        raise ProblemError(f"{method} is no method with elements here ({', '.join(methods())}); take another method")
-    return there.meshing
+    """The meshing of a method with elements."""
+    module: Meshing = resolve_name(methods()[method].meshing)
+    return module
 
 
 def stepper_of(problem: "Problem") -> "type[Method]":
     """The class whose steps compute a problem; raises ProblemError where no method that is there does."""
     for method in methods().values():
         if method.serves(problem):
-            return method.stepper()
+            stepper: type[Method] = resolve_name(method.stepper)
+            return stepper
     raise ProblemError(
         f"no method here ({', '.join(methods())}) computes bodies with a mesh, or smoothed particles; add the feature "
         "that does, or ask for material points"

@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.problem import Problem
+from solver.errors import ProblemError
+from solver.matter.eos import burns
+from solver.problem import Problem, Scheme
 from solver.state import Particles
 from solver.steps.points import StateLimits, Tally
 from solver.steps.threads import ThreadPool
@@ -55,3 +57,20 @@ class Method:
 
     def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
+
+
+def refuse(problem: Problem, method: str, more: Mapping[str, bool]) -> None:
+    """Raise ProblemError with what a method beside the grid does not compute, by name; ``more`` is its own."""
+    refused = {
+        **more,
+        "another scheme than musl": problem.scheme != Scheme.MUSL,
+        "damping (set its rate to 0)": problem.damping.rate > 0.0,
+        "contact with fields of their own": problem.contact is not None,
+        "retired debris (follow it)": problem.retirement is not None,
+        "arrivals": problem.arrivals is not None,
+        "absorbing surfaces (take free ones)": bool(problem.absorbers),
+        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
+    }
+    found = [name for name, is_there in refused.items() if is_there]
+    if found:
+        raise ProblemError(f"{method} do not compute {', '.join(found)}")

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solver import state
 from solver.jit import Bound, device, kernel
 from solver.matter.eos import below_range, burning, outside_range, reference_density
 from solver.matter.failure import weakens
@@ -19,39 +20,10 @@ from solver.matter.tension import linking
 from solver.matter.tensor import contract
 from solver.problem import ArtificialViscosity, Problem
 from solver.problem.geometry import Geometry, dimensions, hoop_factor, unpacked
-from solver.state import (
-    DAMAGE,
-    DAMPED,
-    DENSITY,
-    ENERGY,
-    GROWN,
-    HARDENED,
-    KELVIN,
-    MASS,
-    NEW_X,
-    PARTED,
-    PRESSURE,
-    PULLED,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    SHEARED,
-    STORED,
-    STRAIN,
-    VISCOSITY,
-    VX,
-    VY,
-    VZ,
-    Particles,
-    X,
-)
+from solver.state import Particles
 from solver.steps.space import (
     PACK,
-    ElementPoints,
-    Scattered,
+    Gridless,
     deviators_of,
     find_nodes,
     gather,
@@ -165,73 +137,62 @@ def update_particles(
             gather(geometry, shape, k, pack, nodes, pack.lines)
         for p in range(start, stop, LANES):
             within = first_lanes(stop - p)
-            lanes = within & (load(table, MASS, p, within) > 0.0)  # what has left the grid has none
-            hoop = hoop_factor(geometry, load(table, X, p, lanes))
+            lanes = within & (load(table, state.MASS, p, within) > 0.0)  # what has left the grid has none
+            hoop = hoop_factor(geometry, load(table, state.X, p, lanes))
             gradient = velocity_gradient(geometry, pack.lines, p - start, hoop)
             old = PointState(
-                load(table, DENSITY, p, lanes),
-                load(table, ENERGY, p, lanes),
-                load(table, PRESSURE, p, lanes),
-                load(table, VISCOSITY, p, lanes),
+                load(table, state.DENSITY, p, lanes),
+                load(table, state.ENERGY, p, lanes),
+                load(table, state.PRESSURE, p, lanes),
+                load(table, state.VISCOSITY, p, lanes),
                 deviators_of(table, p, lanes),
-                load(table, STRAIN, p, lanes),
-                load(table, KELVIN, p, lanes),
-                load(table, DAMAGE, p, lanes),
-                load(table, HARDENED, p, lanes) if weakens(matter.failure) else none,
-                load(table, STORED, p, lanes) if stored_part(matter.strength) > 0.0 else none,
-                load(table, PARTED, p, lanes) if linking(matter.tension) < 1.0 else none,
-                load(table, GROWN, p, lanes) if linking(matter.tension) < 1.0 else none,
+                load(table, state.STRAIN, p, lanes),
+                load(table, state.KELVIN, p, lanes),
+                load(table, state.DAMAGE, p, lanes),
+                load(table, state.HARDENED, p, lanes) if weakens(matter.failure) else none,
+                load(table, state.STORED, p, lanes) if stored_part(matter.strength) > 0.0 else none,
+                load(table, state.PARTED, p, lanes) if linking(matter.tension) < 1.0 else none,
+                load(table, state.GROWN, p, lanes) if linking(matter.tension) < 1.0 else none,
             )
-            eos = burning(matter.eos, table, p, lanes, time, geometry.spacing)
-            local = Matter(
-                eos,
-                matter.strength,
-                matter.tension,
-                matter.shear_modulus,
-                matter.room_temperature,
-                matter.melt_temperature,
-                matter.failure,
-                matter.rubble_friction,
-                matter.melting,
-            )
+            local = Matter(burning(matter.eos, table, p, lanes, time, geometry.spacing), *matter[1:])
             length = own_length(geometry, p, lanes)
             new, present, acts = advance(local, viscosity, length, dt, gradient, old, stress_rate)
-            store(table, DENSITY, p, new.density, lanes)
+            store(table, state.DENSITY, p, new.density, lanes)
             energy = present if whole_work else new.energy
-            store(table, ENERGY, p, energy, lanes)
-            store(table, PRESSURE, p, new.pressure, lanes)
-            store(table, VISCOSITY, p, new.viscosity, lanes)
-            store(table, S11, p, new.deviator[0], lanes)
-            store(table, S22, p, new.deviator[1], lanes)
-            store(table, S33, p, new.deviator[2], lanes)
-            store(table, S12, p, new.deviator[3], lanes)
-            store(table, S23, p, new.deviator[4], lanes)
-            store(table, S31, p, new.deviator[5], lanes)
-            store(table, STRAIN, p, new.plastic_strain, lanes)
-            store(table, KELVIN, p, maximum(new.temperature, 0.0), lanes)
-            store(table, DAMAGE, p, new.damage, lanes)
+            store(table, state.ENERGY, p, energy, lanes)
+            store(table, state.PRESSURE, p, new.pressure, lanes)
+            store(table, state.VISCOSITY, p, new.viscosity, lanes)
+            store(table, state.S11, p, new.deviator[0], lanes)
+            store(table, state.S22, p, new.deviator[1], lanes)
+            store(table, state.S33, p, new.deviator[2], lanes)
+            store(table, state.S12, p, new.deviator[3], lanes)
+            store(table, state.S23, p, new.deviator[4], lanes)
+            store(table, state.S31, p, new.deviator[5], lanes)
+            store(table, state.STRAIN, p, new.plastic_strain, lanes)
+            store(table, state.KELVIN, p, maximum(new.temperature, 0.0), lanes)
+            store(table, state.DAMAGE, p, new.damage, lanes)
             if linking(matter.tension) < 1.0:
-                store(table, PARTED, p, new.parted, lanes)
-                store(table, GROWN, p, new.grown, lanes)
+                store(table, state.PARTED, p, new.parted, lanes)
+                store(table, state.GROWN, p, new.grown, lanes)
             if weakens(matter.failure):
-                store(table, HARDENED, p, new.hardened, lanes)
+                store(table, state.HARDENED, p, new.hardened, lanes)
             if stored_part(matter.strength) > 0.0:
-                store(table, STORED, p, new.stored, lanes)
+                store(table, state.STORED, p, new.stored, lanes)
             if heats:
-                store(table, SHEARED, p, load(table, SHEARED, p, lanes) + acts.sheared, lanes)
-                store(table, PULLED, p, load(table, PULLED, p, lanes) + acts.pulled, lanes)
-                store(table, DAMPED, p, load(table, DAMPED, p, lanes) + acts.damped, lanes)
+                store(table, state.SHEARED, p, load(table, state.SHEARED, p, lanes) + acts.sheared, lanes)
+                store(table, state.PULLED, p, load(table, state.PULLED, p, lanes) + acts.pulled, lanes)
+                store(table, state.DAMPED, p, load(table, state.DAMPED, p, lanes) + acts.damped, lanes)
             place = none
             past = lanes & (none > 0.0)
             for axis in range(3):
-                coordinate = load(table, NEW_X + axis, p, lanes)
-                store(table, X + axis, p, coordinate, lanes)
+                coordinate = load(table, state.NEW_X + axis, p, lanes)
+                store(table, state.X + axis, p, coordinate, lanes)
                 place = place + coordinate
                 if axis < dimensions(geometry):
                     cells = (coordinate - geometry.lower[axis]) * inverse
                     past = past | (cells < 0.0) | (cells >= geometry.cells[axis])
-            vx, vy = load(table, VX, p, lanes), load(table, VY, p, lanes)
-            vz = load(table, VZ, p, lanes)
+            vx, vy = load(table, state.VX, p, lanes), load(table, state.VY, p, lanes)
+            vz = load(table, state.VZ, p, lanes)
             speed = sqrt(vx * vx + vy * vy + vz * vz)
             rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
             own, floored = signal_speed(local, viscosity, length, rate, new)
@@ -290,7 +251,7 @@ class PointUpdate:
 
     def update(
         self,
-        space: Geometry | Scattered | ElementPoints,
+        space: Geometry | Gridless,
         viscosity: ArtificialViscosity,
         share: int,
         body: int,

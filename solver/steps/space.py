@@ -1,7 +1,7 @@
 """The space of material points, as the stress update sees it: where their velocity gradients come from.
 
 Of particles on a grid these are sums over their nodes, for which a pack of them has scratch. Particles without a grid
-(``Scattered``) and integration points of elements (``ElementPoints``) have them as lines of a table already.
+and integration points of elements have them as lines of a table already (``Gridless``).
 """
 
 from typing import NamedTuple
@@ -130,59 +130,35 @@ def set_columns(lines, row, a, b, c, d, e, f, g, h):
     set_line(lines, row + 7, turned[7])
 
 
-class Scattered(NamedTuple):
-    """The box that particles stay in; the first so many axes have extent."""
+class Gridless(NamedTuple):
+    """The box of points that have their velocity gradients as lines of a table: particles, or points of elements."""
 
     lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
     spacing: float  # m, of the problem's cells
     cells: np.ndarray  # (3,) int64
-    axes: int
+    axes: int  # so many axes, from the first on, have extent
+    lengths: np.ndarray  # (1, n) m, of the element of each point; 0: that of a cell
 
     def hoop_factor(self, first):
         return 0.0
-
-    def unpacked(self):
-        return Scattered(triple(self.lower), self.spacing, triple(self.cells), self.axes)
 
     def dimensions(self):
         return self.axes
 
-
-class ElementPoints(NamedTuple):
-    """The box of the problem, and the length of the element of each integration point."""
-
-    lower: np.ndarray  # (3,) m; in inner loops all arrays are tuples
-    spacing: float  # m, of the problem's cells
-    cells: np.ndarray  # (3,) int64
-    lengths: np.ndarray  # (1, n) m
-
-    def hoop_factor(self, first):
-        return 0.0
-
-    def dimensions(self):
-        return AXES
-
     def unpacked(self):
-        lower, cells = triple(self.lower), triple(self.cells)
-        return ElementPoints(lower, self.spacing, cells, bare(self.lengths))
+        return Gridless(triple(self.lower), self.spacing, triple(self.cells), self.axes, bare(self.lengths))
 
     def own_length(self, p, lanes):
         length = load(self.lengths, 0, p, lanes)
         return where(length > 0.0, length, self.spacing)
 
+    def find_nodes(self, shape, table, start, stop, pack):
+        # No nodes: each eight remember the first of them.
+        for p in range(start, stop, LANES):
+            store_whole(pack.first, p - start, spread(float(p)))
 
-@implements(find_nodes, ElementPoints)
-@implements(find_nodes, Scattered)
-def find_no_nodes(geometry, shape, table, start, stop, pack):
-    """No nodes: each eight remember the first of them."""
-    for p in range(start, stop, LANES):
-        store_whole(pack.first, p - start, spread(float(p)))
-
-
-@implements(gather, ElementPoints)
-@implements(gather, Scattered)
-def gather_own_lines(geometry, shape, k, pack, table, lines):
-    """Each particle's own three lines, one for each axis."""
-    own = AXES * (element(pack.first, k) + k % LANES)
-    for axis in range(AXES):
-        set_line(lines, (axis + 1) * PACK + k, line(table, own + axis))
+    def gather(self, shape, k, pack, table, lines):
+        # Each point's own three lines, one for each axis.
+        own = AXES * (element(pack.first, k) + k % LANES)
+        for axis in range(AXES):
+            set_line(lines, (axis + 1) * PACK + k, line(table, own + axis))

@@ -245,7 +245,7 @@ class Bar:
         parts += [("bar", 0, middle)] if middle else []
         bodies, places, corners = [], [], np.arange(pieces + 1)
         for index, (name, begin, end) in enumerate(parts):
-            position, elements = make.box(across, across, along[begin : end + 1])
+            position, elements = make.lattice(across, across, along[begin : end + 1])
             bodies.append(
                 Body(
                     name=name,

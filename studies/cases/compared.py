@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from studies.cases.comparison import Comparison, absolute, relative
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, simulated, verdicts_of
 from studies.observations import Observation
+from studies.quantities.comparison import Comparison, absolute, relative
 from studies.quantities.display import NONE, digits, display_of, with_bar, with_unit
 from studies.sweeps.reading import RESOLUTION
 

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from studies.cases.compared import Line, Picture
-from studies.cases.comparison import Comparison, Figure
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.quantities.comparison import Comparison, Figure
 from studies.quantities.display import NONE, digits
 from studies.quantities.files import REPORT_HTML, write_text
 from studies.reports.drawing.canvas import drawn_in_style

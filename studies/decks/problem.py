@@ -211,7 +211,7 @@ def _bodies(deck: Deck, tension: str, contact: bool, refinement: int) -> "list[B
                 density=material.values["density"],
                 spacing=(spacing / refinement,) * 3,
                 energy=_energy(material),
-                lighting=lighting_times(position, material.values["D"], points=deck.detonations) if burns else None,
+                lighting=lighting_times(position, material.values["D"], deck.detonations) if burns else None,
             )
         )
     return made

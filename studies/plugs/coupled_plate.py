@@ -33,7 +33,7 @@ def coupled_plate(
     line = np.linspace(0.0, square, across + 1)
     heights = np.linspace(begin, end, along + 1)
     spacing = (square / across, square / across, (end - begin) / along)
-    place, inner = make.box(line, line, heights)
+    place, inner = make.lattice(line, line, heights)
     # The edge of the square from one plane of symmetry to the other, and where each of its nodes goes in each ring.
     edge = np.concatenate(
         [
@@ -42,7 +42,7 @@ def coupled_plate(
         ]
     )
     outwards = np.concatenate([[0.0], np.cumsum(widths)]) / square
-    index, outer = make.box(np.arange(len(widths) + 1.0), np.arange(len(edge) * 1.0), heights)
+    index, outer = make.lattice(np.arange(len(widths) + 1.0), np.arange(len(edge) * 1.0), heights)
     ring, node = index[:, :2].astype(int).T
     rim = np.column_stack([edge[node] * (1.0 + outwards[ring])[:, None], index[:, 2]])
     parts = ((f"{name}-elements", rim, outer), (name, place, inner))

@@ -10,11 +10,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-
-import httpx
 
 from tests.service.support import inspection
 from tests.service.support.crash_test import WORKERS, CrashTest, Work, crash_test
@@ -24,8 +21,6 @@ from tests.service.support.serving import Service
 
 OVERHEAD_AIM = 0.03  # s a run, beside its attempt
 SHORT = 200  # runs
-LARGE = 10_000  # runs of a sweep that is accepted, looked at and cancelled
-LOOKS = 5
 SUBMISSIONS, SUBMITTERS = 100, 8
 LOOKS_AT_ONCE, CONNECTIONS = 2000, 64
 # Both cores are the runs': with a question to the store every 20 ms the looking on took an eighth of a core.
@@ -39,9 +34,6 @@ def main() -> None:
         f"a run that does nothing: {slot:.3f} s of a slot ({WORKERS / slot:.0f} runs a second), {attempt:.3f} s of them"
     )
     print(f"its attempt: {slot - attempt:.3f} s beside it (aim {OVERHEAD_AIM} s)")
-    for name in ("sqlite", "postgresql"):
-        for what, seconds in _large(name).items():
-            print(f"{what} of {LARGE} runs, {name}: {seconds:.3f} s")
     for count in (1, 2):
         for what, rate in _rates(count).items():
             print(f"{what} a second, {count} services on postgresql: {rate:.0f}")
@@ -53,28 +45,6 @@ def overhead() -> tuple[float, float]:
         [row] = here.store.sweeps.page().items
         runs = inspection.runs(here.store, [row.id]).values()
         return _seconds_of_runs(here) * WORKERS / SHORT, statistics.fmean(run.seconds or 0.0 for run in runs)
-
-
-def _large(database: str) -> dict[str, float]:
-    """Seconds of what people do with a large sweep, over HTTP."""
-    with ExitStack() as ends:
-        folder = Path(ends.enter_context(TemporaryDirectory()))
-        url = None
-        if database == "postgresql":
-            url = ends.enter_context(ends.enter_context(postgresql_server()).database())
-        work = Work(LARGE // 10, 1, thicknesses=10)
-        here = ends.enter_context(crash_test(work, folder, database_url=url))
-        client = ends.enter_context(httpx.Client(base_url=here.service.url, timeout=60))
-        _ask(client, "POST", "/v1/queue/pause")
-        ids: list[str] = []
-        spent = {"acceptance": _seconds(lambda: ids.extend(here.submit()))}
-        sweep = f"/v1/sweeps/{ids[0]}"
-        assert here.store.sweeps.get(ids[0]).new == LARGE
-        for what, page in {"list": "/", "state": sweep, "page": f"{sweep}/runs"}.items():
-            look = partial(_ask, client, "GET", page)
-            spent[what] = statistics.median(_seconds(look) for _ in range(LOOKS))
-        spent["cancel"] = _seconds(partial(_ask, client, "POST", f"{sweep}/cancel"))
-        return spent
 
 
 def _rates(count: int) -> dict[str, float]:
@@ -116,10 +86,6 @@ def _rate(ports: Sequence[int], requests: Sequence[tuple[str, str, str]], connec
         await asyncio.gather(*(send(ports[number % len(ports)]) for number in range(connections)))
 
     return len(requests) / _seconds(lambda: asyncio.run(send_all()))
-
-
-def _ask(client: httpx.Client, method: str, path: str) -> None:
-    client.request(method, path).raise_for_status()
 
 
 def _seconds(act: Callable[[], object]) -> float:

@@ -8,7 +8,6 @@ becomes one. A figure with ``passed=None`` is reported and not gated.
 
     make claims house                    # a set, or a claim; or: python -m tests.claims house
     python -m tests.claims --list
-    python -m tests.claims storm --json claims.json
 
 Without a name, all run. The exit status is 0 when nothing failed, 1 when something did, and 2 when no claim has the
 name: an empty selection proves nothing.

@@ -1,15 +1,13 @@
 """The command that recomputes claims::
 
-python -m tests.claims [NAME ...] [--json FILE] [--list]
+python -m tests.claims [NAME ...] [--list]
 """
 
 import argparse
-import json
 import sys
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import redirect_stdout
-from pathlib import Path
 
 import pytest
 
@@ -27,10 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     status, judged = marked.judge(names)
     if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         return NOTHING_TO_DO
-    if asked.json:
-        text = json.dumps({"claims": judged.rows}, indent=2, allow_nan=False) + "\n"
-        asked.json.write_text(text, encoding="utf-8")
-    counts = Counter(row["verdict"] for row in judged.rows)
+    counts = Counter(judged.verdicts)
     print(f"\n{counts['REPORT']} reported and not gated")
     print(f"{counts['PASS']} passed, {counts['FAIL']} failed")
     return SOME_FAILED if counts["FAIL"] or status != pytest.ExitCode.OK else ALL_FINE
@@ -54,7 +49,6 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m tests.claims", description="Recompute what the project says about itself."
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")
     return parser
 

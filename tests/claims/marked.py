@@ -24,10 +24,10 @@ from typing import Any
 
 import pytest
 
-from tests.claims.rows import Row, Verified, equal
+from tests.claims.rows import Row, equal
 
 TESTS = Path(__file__).parents[1]
-ROWS = pytest.StashKey[list[Verified]]()
+ROWS = pytest.StashKey[list[Row]]()
 MARKS = ("pytest.mark.claim(", "claimed(")
 ALL = "all"  # in place of a name: every claim
 Compared = Callable[..., None]  # what the fixture ``compared`` gives: called with rows
@@ -119,7 +119,7 @@ def compared(request: pytest.FixtureRequest) -> Callable[..., None]:
         nonlocal begin
         for row in figures:
             now = time.perf_counter()
-            rows.append(Verified(name, row, now - begin))
+            rows.append(row)
             if in_full():
                 with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
                     print(f"{name} | {row} | {now - begin:.1f} s", flush=True)
@@ -133,7 +133,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Fail a test whose rows fail, or that asked for rows and compared none."""
     outcome = yield
     if ROWS in item.stash:
-        rows = [each.row for each in item.stash[ROWS]]
+        rows = item.stash[ROWS]
         assert rows, "nothing was compared"
         assert all(row.passed is not False for row in rows), "\n".join(map(str, rows))
     return outcome
@@ -141,9 +141,9 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @dataclass(eq=False)  # pytest keeps plugins in sets
 class Judge:
-    """A pytest plugin that collects the rows of the claims of a selection, and one for how each test ended."""
+    """A pytest plugin that collects the verdicts of the claims of a selection, and one for how each test ended."""
 
-    rows: list[dict[str, object]] = field(default_factory=list)
+    verdicts: list[str] = field(default_factory=list)
     listed: dict[Marked, None] = field(default_factory=dict)  # in order, each once, with its sentence
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
@@ -162,8 +162,7 @@ class Judge:
         if marks and (call.when == "call" or not report.passed):
             ended = equal(sentence_of(item), expected="passed", got=report.outcome)
             print(f"{marks[0].name} | {ended} | {call.duration:.1f} s", flush=True)
-            compared = [*item.stash.get(ROWS, []), Verified(marks[0].name, ended, call.duration)]
-            self.rows += [{"set": marks[0].set, **each.as_json()} for each in compared]
+            self.verdicts += [row.verdict for row in (*item.stash.get(ROWS, []), ended)]
         return report
 
 

@@ -1,12 +1,10 @@
-"""Takes one feature away and tries what is left: ``python -m tests.claims.removal NAME [--all]``.
+"""Takes one feature away and tries what is left: ``make claims without-NAME``.
 
 A copy of the tree loses the folders of the feature and of those that need it (``[tool.whipple.features]`` of
 pyproject.toml), their tests, and their lines of entry points. The copy then lists what it has, computes a small sweep
-with its report, starts the service, imports every test of solver and studies, and passes those that all features share;
-with ``--all`` every one. ``tests/claims/test_removal.py`` makes claims of it.
+with its report, starts the service, imports every test of solver and studies, and passes those that all features share.
 """
 
-import argparse
 import os
 import re
 import shutil
@@ -51,8 +49,8 @@ def taken_with(name: str) -> set[str]:
     return taken
 
 
-def remove(tree: Path, name: str) -> list[str]:
-    """Take a feature, and those that need it, from a copy of the tree; the names of what went."""
+def remove(tree: Path, name: str) -> None:
+    """Take a feature, and those that need it, from a copy of the tree."""
     packages = [package for taken in taken_with(name) for package in features()[taken].folders]
     for taken in taken_with(name):
         shutil.rmtree(tree / "tests" / "cases" / taken, ignore_errors=True)
@@ -65,15 +63,14 @@ def remove(tree: Path, name: str) -> list[str]:
     project = tree / "pyproject.toml"
     offered = re.compile(rf'^[\w"-]+ = "({"|".join(map(re.escape, packages))})(\.|:|").*\n', re.M)
     project.write_text(offered.sub("", project.read_text(encoding="utf-8")), encoding="utf-8")
-    return sorted(packages)
 
 
-def tried(tree: Path, tests: tuple[str, ...] = SHARED) -> Iterator[Tried]:
+def tried(tree: Path) -> Iterator[Tried]:
     """The steps, on a copy of the tree."""
     for step in STEPS:
         yield _step(tree, step, "tests.claims.remaining", step)
     yield _step(tree, "collected", "pytest", "-q", "--collect-only", *ALL)
-    there = [test for test in tests if (tree / test).exists()]
+    there = [test for test in SHARED if (tree / test).exists()]
     yield _step(tree, "tested", "pytest", "-q", "--tb=short", *there)
 
 
@@ -89,34 +86,11 @@ def _step(tree: Path, name: str, *module: str) -> Tried:
     return Tried(name, not ended.returncode, last)
 
 
-def without(name: str, report: Callable[[Tried], object], tests: tuple[str, ...] = SHARED) -> list[str]:
-    """Report each step of a copy of the tree without a feature; the folders that went."""
+def without(name: str, report: Callable[[Tried], object]) -> None:
+    """Report each step of a copy of the tree without a feature."""
     with tempfile.TemporaryDirectory(prefix=f"whipple-without-{name}-") as folder:
         tree = Path(folder) / "tree"
         shutil.copytree(ROOT, tree, ignore=lambda at, names: {*LEFT_OUT(at, names), *(MADE if at == str(ROOT) else ())})
-        gone = remove(tree, name)
-        for step in tried(tree, tests):
+        remove(tree, name)
+        for step in tried(tree):
             report(step)
-    return gone
-
-
-def main() -> int:
-    """Take away what the command line names, and print a line a step."""
-    parser = argparse.ArgumentParser(prog="python -m tests.claims.removal", description=__doc__)
-    parser.add_argument("names", nargs="+", choices=sorted(features()), metavar="NAME", help=", ".join(features()))
-    parser.add_argument("--all", action="store_true", help="every test of solver and studies")
-    asked, failed = parser.parse_args(), False
-
-    def report(step: Tried) -> None:
-        nonlocal failed
-        failed = failed or not step.passed
-        print(f"without {name} | {step.name} | {'PASS' if step.passed else 'FAIL'} | {step.last}", flush=True)
-
-    for name in asked.names:
-        gone = without(name, report, ALL if asked.all else SHARED)
-        print(f"without {name} | gone: {', '.join(gone)}", flush=True)
-    return int(failed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

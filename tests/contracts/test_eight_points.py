@@ -18,7 +18,7 @@ from solver.problem import ArtificialViscosity
 from solver.problem.geometry import AXES
 from solver.state import DAMPED, DENSITY, GROWN, HARDENED, MASS, empty_table, lines
 from solver.steps.points import StateLimits, Tally, update_particles
-from solver.steps.space import VELOCITY, Scattered, new_pack
+from solver.steps.space import VELOCITY, Gridless, new_pack
 from solver.vectors import LANES
 from tests.claims.marked import claimed
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
@@ -63,7 +63,7 @@ def by_eights(matter: Matter, gradients: np.ndarray, states: np.ndarray, whole_w
     table[list(ROWS)], table[MASS] = states, 1.0
     for axis in range(AXES):
         places[axis::AXES, VELOCITY : VELOCITY + AXES] = gradients[axis::AXES].T
-    space = Scattered(np.zeros(3), SPACING, np.ones(3, np.int64), AXES)
+    space = Gridless(np.zeros(3), SPACING, np.ones(3, np.int64), AXES, np.zeros((1, POINTS)))
     tallies = np.zeros((1, len(Tally._fields)))
     laws = (matter, JAUMANN, VISCOSITY, ANYTHING)
     update_particles(space, Linear(), new_pack(), *laws, table, 0, POINTS, places, tallies, 0, LATE, DT, whole_work, 1)

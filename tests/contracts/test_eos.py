@@ -57,7 +57,7 @@ NOT_ASKED: dict[str, dict[str, str]] = {
     },
     "polynomial": {
         "range": "it is a polynomial without an end",
-        "published": "its formula is its definition: tests/solver/test_models.py",
+        "published": "its formula is its definition",
         "thin": "its gas resists by heat, and nothing holds on",
     },
     "tillotson": {"published": "its shocks are not printed; near those of the same metal: test_materials.py"},

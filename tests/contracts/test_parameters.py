@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver import steppers
 from studies import scenarios
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, declared
@@ -118,38 +117,6 @@ def test_parameter__makes_a_new_run_where_it_acts(name: str, method: str) -> Non
     for parameter, run in varied(name, method):
         assert (run.id != first.id) == (run.parameters != first.parameters), parameter
         assert run.parameters[parameter] is not None or run.id == first.id, parameter
-
-
-# Where a parameter of a plate acts, and what must change with it.
-THIN = declared(scenarios.load("thin_plate").parameters)
-SPALL = {"failure": "spall", "failure_time": 1e-7}
-CYLINDER = {"projectile_shape": "cylinder", "projectile_length": 4e-3}
-ACTS_WITH: dict[str, dict[str, Any]] = {
-    "projectile_length": CYLINDER,
-    "obliquity": {"geometry": "half"},
-    "yaw": {"geometry": "half", **CYLINDER},
-    "friction": {"contact": "bardenhagen"},
-    "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
-    "failure_time": SPALL,
-    "rubble_friction": SPALL,
-    "method": {"geometry": "quarter"},
-    "artificial_stress": {"geometry": "quarter", "method": "sph"},
-    "damping_order": {"damping_rate": 1e5},
-    "beyond_edge": {"edges": "free"},
-    "film_interval": {"film_interval": 1e-6},
-}
-# Without other methods there is nothing to choose.
-OF_METHODS = {"method", "artificial_stress"} if "sph" not in steppers.methods() else set[str]()
-FOLLOWS: dict[str, dict[str, Any]] = {"projectile_shape": {"projectile_length": 8e-3}, "failure": SPALL}
-
-
-@pytest.mark.parametrize("name", sorted({name for name, one in THIN.items() if one.kind != "material"} - OF_METHODS))
-def test_parameter_that_acts__makes_a_new_run(name: str) -> None:
-    before = asked("thin_plate", **ACTS_WITH.get(name, {}))
-    value = next(others(THIN[name], before.parameters[name]))
-    after = asked("thin_plate", **{**ACTS_WITH.get(name, {}), name: value, **FOLLOWS.get(name, {})})
-    assert after.id != before.id
-    assert list(after.parameters) == list(THIN)
 
 
 @pytest.mark.claim("mend-again", "parameters-act", minutes=8.0)

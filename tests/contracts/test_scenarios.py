@@ -1,6 +1,5 @@
 """Every scenario declares its parameters, builds at its corners, starts in balance and is estimated."""
 
-import dataclasses
 import itertools
 import math
 from functools import cache
@@ -144,17 +143,6 @@ def test_scenario__describes_every_parameter(scenario: Scenario) -> None:
             default = parameter.minimum if parameter.default is None else parameter.default
             assert parameter.minimum <= float(default) <= parameter.maximum
             assert parameter.minimum < parameter.maximum
-
-
-def test_scenario__takes_its_parameters_by_keyword_and_keeps_them(scenario: Scenario) -> None:
-    def check(record: Any) -> None:
-        assert record.__dataclass_params__.frozen
-        for each in dataclasses.fields(record):
-            assert each.kw_only
-            if dataclasses.is_dataclass(getattr(record, each.name)):
-                check(getattr(record, each.name))
-
-    check(given_of(asked(scenario.name)))
 
 
 def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: Scenario) -> None:

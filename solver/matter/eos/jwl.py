@@ -57,20 +57,7 @@ class JonesWilkinsLee(NamedTuple):
 
     def burning(self, table, p, lanes, time, spacing):
         lighting = load(table, LIGHTING, p, lanes)
-        return JonesWilkinsLee(
-            self.density,
-            self.A,
-            self.B,
-            self.R1,
-            self.R2,
-            self.omega,
-            self.E0,
-            self.detonation_velocity,
-            self.temperature,
-            self.heat_capacity,
-            self.width,
-            burnt_fraction(self, lighting, time, spacing),
-        )
+        return JonesWilkinsLee(*self[:-1], burnt_fraction(self, lighting, time, spacing))
 
     def pressure_terms(self, density, energy):
         _, _, cold, _ = _terms(self, density)
@@ -94,29 +81,17 @@ class JonesWilkinsLee(NamedTuple):
 EOS = EosEntry("jwl", JonesWilkinsLee, JonesWilkinsLee)
 
 
-def lighting_times(
-    position: np.ndarray,
-    velocity: float,
-    *,
-    points: Sequence[Sequence[float]] = (),
-    planes: Sequence[tuple[Sequence[float], Sequence[float]]] = (),
-) -> np.ndarray:
+def lighting_times(position: np.ndarray, velocity: float, points: Sequence[Sequence[float]]) -> np.ndarray:
     """Time (n,), s, at which a detonation of a velocity (m/s) reaches places (n, 3).
 
-    It sets out at time zero from points, and from planes given by a point and a normal; the first to arrive counts.
-    Without either nothing is ever lit: inf.
+    It sets out at time zero from points; the first to arrive counts.
 
-    >>> lighting_times(np.array([[0.03, 0.04, 0.0]]), 5000.0, points=[(0.0, 0.0, 0.0)])
+    >>> lighting_times(np.array([[0.03, 0.04, 0.0]]), 5000.0, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
     array([1.e-05])
-    >>> lighting_times(np.array([[0.03, 0.04, 0.0]]), 5000.0, planes=[((0.0, 0.0, 0.0), (2.0, 0.0, 0.0))])
-    array([6.e-06])
     """
     far = np.full(len(position), math.inf)
     for point in points:
         far = np.minimum(far, np.linalg.norm(position - np.asarray(point), axis=1))
-    for point, normal in planes:
-        along = np.asarray(normal) / np.linalg.norm(normal)
-        far = np.minimum(far, np.abs((position - np.asarray(point)) @ along))
     return far / velocity
 
 

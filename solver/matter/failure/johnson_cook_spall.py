@@ -33,9 +33,7 @@ class JohnsonCookSpall(NamedTuple):
         return True
 
     def grown_damage(self, damage, loading):
-        f = self
-        shear = JohnsonCookDamage(f.D1, f.D2, f.D3, f.D4, f.D5, f.reference_rate, f.critical_damage, f.threshold)
-        tension = RateDependentSpall(f.strength, f.strain_rate, f.exponent, f.bulk_modulus)
+        shear, tension = JohnsonCookDamage(*self[:8]), RateDependentSpall(*self[8:])
         return grown_damage(tension, grown_damage(shear, damage, loading), loading)
 
     def integrity(self, damage):

@@ -31,7 +31,7 @@ from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import SMALLEST, anywhere, log, maximum, minimum, power, where
 
 HALF = 0.5  # damage at which voids begin: below it counts the time until the spall strength is reached
-# Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_void_growth.py).
+# Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_models.py).
 NEWTONS = 8
 
 

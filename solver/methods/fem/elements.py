@@ -5,11 +5,8 @@ the mean over the volume of the element, in closed form: the sum over all elemen
 for a uniform stress, however skewed the elements are (the patch test), and so do hourglass forces in linear velocities.
 """
 
-import math
-
 from solver.jit import device
 
-GAUSS = 1.0 / math.sqrt(3.0)  # place of a point of the rule with two of them, on -1..1
 NODES = 8
 
 # Coordinates of the nodes on -1..1, and the order in which the formula of node 0 takes the nodes for each other node.
@@ -59,29 +56,6 @@ def mean_operator(x, operator):
 
 
 @device
-def point_operator(x, point, operator):
-    """Write G at an integration point of the full rule; returns its part of the volume, m3."""
-    corner = CORNERS[point]
-    u, v, w = GAUSS * corner[0], GAUSS * corner[1], GAUSS * corner[2]
-    for node in range(NODES):
-        p, q, r = CORNERS[node]
-        operator[node, 0] = 0.125 * p * (1.0 + q * v) * (1.0 + r * w)
-        operator[node, 1] = 0.125 * q * (1.0 + r * w) * (1.0 + p * u)
-        operator[node, 2] = 0.125 * r * (1.0 + p * u) * (1.0 + q * v)
-    a, b, c = _column(x, operator, 0)
-    d, e, f = _column(x, operator, 1)
-    g, h, i = _column(x, operator, 2)
-    # Rows are the edges along each local axis; their inverse takes local slopes to those in space.
-    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-    for node in range(NODES):
-        s, t, r = operator[node, 0], operator[node, 1], operator[node, 2]
-        operator[node, 0] = ((e * i - f * h) * s + (c * h - b * i) * t + (b * f - c * e) * r) / volume
-        operator[node, 1] = ((f * g - d * i) * s + (a * i - c * g) * t + (c * d - a * f) * r) / volume
-        operator[node, 2] = ((d * h - e * g) * s + (b * g - a * h) * t + (a * e - b * d) * r) / volume
-    return volume
-
-
-@device
 def strained(v, operator):
     """The velocity gradient of nodes with velocities ``v`` (nodes, 3): three rows, 1/s."""
     a = b = c = d = e = f = g = h = i = 0.0
@@ -102,14 +76,3 @@ def thrust(stress, factor, operator, force):
         force[node, 0] += s11 * p + s12 * q + s31 * r
         force[node, 1] += s12 * p + s22 * q + s23 * r
         force[node, 2] += s31 * p + s23 * q + s33 * r
-
-
-@device
-def _column(x, operator, local):
-    """sum_I x_I dN_I / d xi of a local axis, (3,)."""
-    first = second = third = 0.0
-    for node in range(NODES):
-        first += x[node, 0] * operator[node, local]
-        second += x[node, 1] * operator[node, local]
-        third += x[node, 2] * operator[node, local]
-    return first, second, third

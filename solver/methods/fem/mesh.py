@@ -1,15 +1,18 @@
 """Meshes: where their nodes stand, what each node has of the mass of the elements around it, and their end faces."""
 
+import math
+
 import numpy as np
 
 from solver.errors import ProblemError
-from solver.methods.fem.elements import CORNERS, GAUSS, NODES, mean_operator, point_operator
+from solver.methods.fem.elements import CORNERS, NODES, mean_operator
 from solver.problem import Mesh, Traction
 
 _CORNERS = np.array(CORNERS)
+GAUSS = 1.0 / math.sqrt(3.0)  # place of a point of the rule with two of them, on -1..1
 
 
-def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray, *, points: int = 1) -> tuple[np.ndarray, Mesh]:
+def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, Mesh]:
     """Nodes (n, 3) at all combinations of ascending coordinates along each axis (m), and the mesh between them."""
     position = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     counts = len(x), len(y), len(z)
@@ -18,39 +21,38 @@ def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray, *, points: int = 1) -> 
         number[tuple(slice(step, count - 1 + step) for step, count in zip(corner, counts, strict=True))]
         for corner in (_CORNERS + 1) // 2
     ]
-    return position, Mesh(np.stack([corner.ravel() for corner in cells], axis=-1), points)
+    return position, Mesh(np.stack([corner.ravel() for corner in cells], axis=-1))
 
 
-def point_volumes(mesh: Mesh, position: np.ndarray) -> np.ndarray:
-    """The volume of each integration point, (e, points), m3; raises ProblemError for an element that is inside out."""
+def volumes_of(mesh: Mesh, position: np.ndarray) -> np.ndarray:
+    """The volume of each element (e,), m3; raises ProblemError for one that is inside out."""
     x = np.moveaxis(position[mesh.nodes], 0, -1)  # of all elements at once
-    operator = np.zeros_like(x)
-    if mesh.points == 1:
-        volumes = [mean_operator(x, operator)]
-    else:
-        volumes = [point_operator(x, point, operator) for point in range(mesh.points)]
-    found = np.stack(volumes, axis=-1)
-    if (found <= 0.0).any():
-        element = int(np.argwhere(found <= 0.0)[0, 0])
+    volumes: np.ndarray = mean_operator(x, np.zeros_like(x))
+    if (volumes <= 0.0).any():
+        element = int(np.argmax(volumes <= 0.0))
         raise ProblemError(f"element {element} has no volume; order its nodes as ``problem.Mesh`` says")
-    return found
+    return volumes
 
 
 def node_parts(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     """The part of each element's volume that each of its nodes has, (e, nodes); rows sum to one.
 
-    That is the integral of the node's shape function: Hinton, Rock and Zienkiewicz (1976), row-sum lumping.
+    That is the integral of the node's shape function by the rule with two points along each axis: Hinton, Rock and
+    Zienkiewicz (1976), row-sum lumping.
     """
-    # (points, nodes): the shape function of each node at each point of the full rule.
-    values = np.prod(0.5 * (1.0 + GAUSS * _CORNERS[:, None, :] * _CORNERS[None, :, :]), axis=-1)
-    volumes: np.ndarray = point_volumes(mesh._replace(points=NODES), position) @ values
-    return volumes / volumes.sum(axis=1, keepdims=True)
+    near = 1.0 + GAUSS * _CORNERS[:, None, :] * _CORNERS[None, :, :]  # (points, nodes, 3)
+    slopes = 0.125 * _CORNERS * near[..., [1, 2, 0]] * near[..., [2, 0, 1]]
+    # Rows are the edges along each local axis; their determinant is the point's part of the volume.
+    edges = sum(position[mesh.nodes[:, n], None, None, :] * slopes[:, n, :, None] for n in range(NODES))
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(np.asarray(edges), (2, 3), (0, 1))
+    volumes = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    parts: np.ndarray = np.ascontiguousarray(volumes) @ np.prod(0.5 * near, axis=-1)
+    return parts / parts.sum(axis=1, keepdims=True)
 
 
 def node_masses(mesh: Mesh, position: np.ndarray, density: float) -> np.ndarray:
     """The lumped mass of each node of a mesh of uniform density, (n,), kg."""
-    whole = density * point_volumes(mesh, position).sum(axis=1)
-    parts = whole[:, None] * node_parts(mesh, position)
+    parts = density * volumes_of(mesh, position)[:, None] * node_parts(mesh, position)
     return np.bincount(mesh.nodes.ravel(), parts.ravel(), minlength=len(position))
 
 

@@ -1,11 +1,11 @@
 """The forces of elements on their nodes at n, and after them the velocity gradients at n+1.
 
-With the operators G of ``elements``, the mean one and those of the integration points q of mass m_q
+With the mean operator G of ``elements``, at the one integration point of an element of mass m
 
-    L_q = v G_q, its trace that of the mean operator where there are several points
-    f_I = -sum_q m_q / rho_q sigma_q G_qI, the adjoint of L
+    L = v G
+    f_I = -m / rho sigma G_I, the adjoint of L
 
-One point in each element does not see its hourglass modes h. Their resistance is that of springs: with
+One point does not see the hourglass modes h of its element. Their resistance is that of springs: with
 gamma = h - (h . x) G, which vanishes for linear velocities, Q' = K gamma . v and f_I = -Q gamma_I for each mode and
 component, Q turning with the matter: Flanagan and Belytschko (1981), Int. J. Numer. Meth. Eng. 17, 679. K makes the
 frequency of a mode the root of ``hourglass`` times the bound of the element's own, n M sum(G^2) / rho, with n nodes and
@@ -19,7 +19,7 @@ import numpy as np
 
 from solver.jit import device, kernel
 from solver.matter.tensor import contract, symmetric
-from solver.methods.fem.elements import MODES, NODES, mean_operator, point_operator, strained, thrust
+from solver.methods.fem.elements import MODES, NODES, mean_operator, strained, thrust
 from solver.problem.geometry import AXES
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, VISCOSITY, VX, X
 from solver.steps.space import VELOCITY, deviator_of
@@ -30,29 +30,26 @@ IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
 class Meshed(NamedTuple):
     """The elements of a body in the tables of the problem, and their operators at n."""
 
-    points: int  # integration points of an element
     nodes: np.ndarray  # (e, nodes) columns of the table of particles
-    first: int  # column of the first integration point in the table of states
+    first: int  # column of the first element in the table of states
     stiffness: float  # ``hourglass`` times the longitudinal modulus at rest, Pa
     springs: np.ndarray  # (e, modes, 3) hourglass forces Q, N
-    # (e, 1 or 1 + points, nodes, 3) the mean operator, and those of the points where there are several; 1/m.
-    operators: np.ndarray
-    gamma: np.ndarray  # (e, modes, nodes); without modes where there are several points
+    operators: np.ndarray  # (e, nodes, 3) 1/m
+    gamma: np.ndarray  # (e, modes, nodes)
     volume: np.ndarray  # (e,) m3
     x: np.ndarray  # (e, nodes, 3) m
     forces: np.ndarray  # (e, nodes, 3) on its nodes, N
 
 
-def meshed(points, nodes, first, stiffness, forces):
+def meshed(nodes, first, stiffness, forces):
     """The tables of a body's elements; ``forces`` is memory that all bodies share."""
-    elements, modes = nodes.shape[0], len(MODES) if points == 1 else 0
+    elements, modes = nodes.shape[0], len(MODES)
     return Meshed(
-        points,
         nodes,
         first,
         stiffness,
         springs=np.zeros((elements, modes, AXES)),
-        operators=np.zeros((elements, 1 if points == 1 else 1 + points, NODES, AXES)),
+        operators=np.zeros((elements, NODES, AXES)),
         gamma=np.zeros((elements, modes, NODES)),
         volume=np.zeros(elements),
         x=np.zeros((elements, NODES, AXES)),
@@ -64,13 +61,11 @@ def meshed(points, nodes, first, stiffness, forces):
 def find_operators(meshed, table, begin, end):
     """The operators, volumes and hourglass vectors gamma of the elements begin..end."""
     for element in range(begin, end):
-        x, operators = meshed.x[element], meshed.operators[element]
+        x, operator = meshed.x[element], meshed.operators[element]
         for node in range(NODES):
             for axis in range(AXES):
                 x[node, axis] = table[X + axis, meshed.nodes[element, node]]
-        meshed.volume[element] = mean_operator(x, operators[0])
-        for point in range(1, operators.shape[0]):
-            point_operator(x, point - 1, operators[point])
+        meshed.volume[element] = mean_operator(x, operator)
         for number in range(meshed.gamma.shape[1]):
             gamma = meshed.gamma[element, number]
             for node in range(NODES):
@@ -80,27 +75,7 @@ def find_operators(meshed, table, begin, end):
                 for node in range(NODES):
                     away += MODES[number][node] * x[node, axis]
                 for node in range(NODES):
-                    gamma[node] -= away * operators[0, node, axis]
-
-
-@device
-def strain_rate(meshed, element, point, v):
-    """The velocity gradient of an integration point, with the volume change of the whole element."""
-    operators = meshed.operators[element]
-    if operators.shape[0] == 1:
-        return strained(v, operators[0])
-    own = strained(v, operators[1 + point])
-    mean = operators[0]
-    whole = 0.0
-    for node in range(v.shape[0]):
-        whole += v[node, 0] * mean[node, 0] + v[node, 1] * mean[node, 1]
-        whole += v[node, 2] * mean[node, 2]
-    more = (whole - (own[0][0] + own[1][1] + own[2][2])) / 3.0
-    return (
-        (own[0][0] + more, own[0][1], own[0][2]),
-        (own[1][0], own[1][1] + more, own[1][2]),
-        (own[2][0], own[2][1], own[2][2] + more),
-    )
+                    gamma[node] -= away * operator[node, axis]
 
 
 @device
@@ -114,7 +89,7 @@ def flow_of(gamma, v, axis):
 
 @device
 def power_of(states, p, rate, heating):
-    """Power of the stress of an integration point in a rate of strain, with a part of its viscosity; W/m3."""
+    """Power of the stress of an element in a rate of strain, with a part of its viscosity; W/m3."""
     heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
     return contract(deviator_of(states, p), rate) - heated * (rate[0] + rate[1] + rate[2])
 
@@ -123,32 +98,21 @@ def power_of(states, p, rate, heating):
 def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
     """Forces of the elements begin..end on each of their nodes; ``v`` (nodes, 3) is scratch.
 
-    The energy of each integration point takes the half of its stress' work in the velocities before the forces, and
-    ``taken`` (1,) that of the hourglass springs, J.
+    The energy of each element takes the half of its stress' work in the velocities before the forces, and ``taken``
+    (1,) that of the hourglass springs, J.
     """
     for element in range(begin, end):
-        force, operators = meshed.forces[element], meshed.operators[element]
+        force, operator = meshed.forces[element], meshed.operators[element]
         force[:] = 0.0
-        start = meshed.first + element * meshed.points
-        if states[MASS, start] <= 0.0:
-            continue
+        p = meshed.first + element
         for node in range(v.shape[0]):
             for axis in range(AXES):
                 v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
-        for point in range(meshed.points):
-            p = start + point
-            volume = states[MASS, p] / states[DENSITY, p]
-            shear = deviator_of(states, p)
-            pressure = states[PRESSURE, p] + states[VISCOSITY, p]
-            if operators.shape[0] == 1:
-                stress = (shear[0] - pressure, shear[1] - pressure, shear[2] - pressure, shear[3], shear[4], shear[5])
-                thrust(stress, -volume, operators[0], force)
-            else:
-                thrust(shear, -volume, operators[1 + point], force)
-                isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
-                thrust(isotropic, volume, operators[0], force)
-            rate = symmetric(strain_rate(meshed, element, point, v))
-            states[ENERGY, p] += 0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
+        shear, pressure = deviator_of(states, p), states[PRESSURE, p] + states[VISCOSITY, p]
+        stress = (shear[0] - pressure, shear[1] - pressure, shear[2] - pressure, shear[3], shear[4], shear[5])
+        thrust(stress, -states[MASS, p] / states[DENSITY, p], operator, force)
+        rate = symmetric(strained(v, operator))
+        states[ENERGY, p] += 0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
         for number in range(meshed.gamma.shape[1]):
             gamma = meshed.gamma[element, number]
             for axis in range(AXES):
@@ -160,43 +124,37 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
 
 @kernel
 def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken):
-    """Gradients of the velocities after the kick, into three lines of ``gradients`` for each integration point.
+    """Gradients of the velocities after the kick, into three lines of ``gradients`` for each element.
 
-    Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
-    their power in these velocities, and stretch; ``taken`` (1,) counts it.
+    Its ``lengths`` (1, elements) are those at n. The springs of hourglass modes take the other half of their power in
+    these velocities, and stretch; ``taken`` (1,) counts it.
     """
     for element in range(begin, end):
-        start = meshed.first + element * meshed.points
-        if states[MASS, start] <= 0.0:
-            continue
+        p, operator = meshed.first + element, meshed.operators[element]
         squares = 0.0
         for node in range(NODES):
             for axis in range(AXES):
                 v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
-                squares += meshed.operators[element, 0, node, axis] ** 2
+                squares += operator[node, axis] ** 2
         volume = meshed.volume[element]
         if volume <= 0.0:  # an element that is inside out: the update reports its density
-            states[DENSITY, start] = states[MASS, start] / volume
+            states[DENSITY, p] = states[MASS, p] / volume
         # A wave of speed c through the element asks for dt < length / c.
-        length = 2.0 / math.sqrt(NODES * squares)
-        for point in range(meshed.points):
-            p = start + point
-            lengths[0, p] = length
-            gradient = strain_rate(meshed, element, point, v)
-            # The update adds the half of the work of dt: the kick's is another where steps change.
-            power = power_of(states, p, symmetric(gradient), heating)
-            states[ENERGY, p] += 0.5 * (kick - dt) * power / states[DENSITY, p]
-            for axis in range(AXES):
-                place = speed = 0.0
-                for node in range(NODES):
-                    place += table[NEW_X + axis, meshed.nodes[element, node]]
-                    speed += v[node, axis]
-                states[NEW_X + axis, p] = place / NODES
-                states[VX + axis, p] = speed / NODES
-                for component in range(AXES):
-                    gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
-        if meshed.points == 1:
-            stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken)
+        lengths[0, p] = 2.0 / math.sqrt(NODES * squares)
+        gradient = strained(v, operator)
+        # The update adds the half of the work of dt: the kick's is another where steps change.
+        power = power_of(states, p, symmetric(gradient), heating)
+        states[ENERGY, p] += 0.5 * (kick - dt) * power / states[DENSITY, p]
+        for axis in range(AXES):
+            place = speed = 0.0
+            for node in range(NODES):
+                place += table[NEW_X + axis, meshed.nodes[element, node]]
+                speed += v[node, axis]
+            states[NEW_X + axis, p] = place / NODES
+            states[VX + axis, p] = speed / NODES
+            for component in range(AXES):
+                gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
+        stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken)
 
 
 @device
@@ -261,30 +219,20 @@ def move_nodes(around, joints, forces, held, walls, box, loads, drivers, table, 
 
 
 @kernel
-def show_nodes(around, point_of, points_of, part, states, table, begin, end, lowest, highest):
+def show_nodes(around, element_of, part, states, table, begin, end, lowest, highest):
     """Means of rows lowest..highest of the states at the nodes begin..end, by the mass ``part`` (pairs,) of each pair.
 
-    ``around`` (start, pairs) as above; ``point_of`` and ``points_of`` (pairs,) are the first integration point of the
-    element of a pair and their number. Eroded elements have no part; a node without others keeps what it shows, but for
-    the energy, which is that of what is left over the whole mass.
+    ``around`` (start, pairs) as above; ``element_of`` (pairs,) is the column of the element of a pair.
     """
     start, pairs = around
     for i in range(begin, end):
-        live = 0.0
+        mass = 0.0
         for at in range(start[i], start[i + 1]):
-            if states[MASS, point_of[pairs[at]]] > 0.0:
-                live += part[pairs[at]]
+            mass += part[pairs[at]]
         for row in range(lowest, highest):
             whole = 0.0
             for at in range(start[i], start[i + 1]):
                 pair = pairs[at]
-                first, mass, mean = point_of[pair], 0.0, 0.0
-                for p in range(first, first + points_of[pair]):
-                    mass += states[MASS, p]
-                    mean += states[MASS, p] * states[row, p]
-                if mass > 0.0:
-                    whole += part[pair] * mean / mass
-            if row == ENERGY:
-                table[row, i] = whole / table[MASS, i]
-            elif live > 0.0:
-                table[row, i] = whole / live
+                p = element_of[pair]
+                whole += part[pair] * (states[MASS, p] * states[row, p]) / states[MASS, p]
+            table[row, i] = whole / (table[MASS, i] if row == ENERGY else mass)

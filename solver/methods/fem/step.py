@@ -1,12 +1,13 @@
 """One step by finite elements, in its stages.
 
-Nodes hold x and v, integration points sigma at time n; operators take the positions of n.
+Nodes hold x and v, elements sigma at time n; operators take the positions of n.
 
 forces   of the elements on their nodes; v(n+1/2) = v(n-1/2) + f k / m with k half of the step before and half of this
          one, x(n+1) = x(n) + v(n+1/2) dt: central differences
-strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
+strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, element by element as on the
+         grid particle by particle
 
-The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the points take minus that, half with the
+The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the elements take minus that, half with the
 forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
@@ -15,11 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.errors import ProblemError
 from solver.jit import Bound
-from solver.matter.eos import burns, reference_density, reference_sound_speed
+from solver.matter.eos import reference_density, reference_sound_speed
 from solver.methods.fem.elements import NODES
-from solver.methods.fem.mesh import end_faces, face_areas, node_parts, point_volumes
+from solver.methods.fem.mesh import end_faces, face_areas, node_parts, volumes_of
 from solver.methods.fem.rates import (
     HELD,
     IMPULSE,
@@ -31,12 +31,12 @@ from solver.methods.fem.rates import (
     show_nodes,
     strain_elements,
 )
-from solver.problem import Body, Face, Problem, Scheme, Traction, mean_pressure
+from solver.problem import Body, Face, Problem, Traction, mean_pressure
 from solver.problem.geometry import AXES, Cartesian3D
 from solver.state import DENSITY, MASS, NEW_X, NEW_Z, Particles, X, Z, empty_table, lines, views
-from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.method import Method, Partition, StepBalance, refuse
 from solver.steps.points import PointUpdate, StateLimits
-from solver.steps.space import ElementPoints
+from solver.steps.space import Gridless
 from solver.steps.threads import ThreadPool
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
@@ -57,40 +57,39 @@ class ElementStepper(Method):
     """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
 
     def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
-        _check(problem)
+        more = {
+            "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
+            "bodies of revolution": not isinstance(problem.geometry, Cartesian3D),
+        }
+        refuse(problem, "finite elements", more)
         self.problem, self.pool, self.shares = problem, pool, shares
         self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
-        counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.points for mesh in meshes)])
+        counts = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
         nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
-        self.starts = counts
         self.states = empty_table(int(counts[-1]), remembers=True)
         self.bodies = np.repeat(np.arange(len(meshes)), np.diff(counts))
         sizes = np.cumsum([0, *(mesh.nodes.size for mesh in meshes)])
-        # Of each pair of an element and a node of it: its force, the node, the element's first point and their number,
-        # the mass it has.
+        # Of each pair of an element and a node of it: its force, the node, the element, the mass it has.
         self.forces = np.zeros((int(sizes[-1]), AXES))
-        self.node_of, self.point_of, self.points_of = np.zeros((3, int(sizes[-1])), np.int64)
+        self.node_of, self.element_of = np.zeros((2, int(sizes[-1])), np.int64)
         self.part = np.zeros(int(sizes[-1]))
         self.meshes, self.loaded = [], []
         for number, (body, mesh) in enumerate(zip(problem.bodies, meshes, strict=True)):
             first, pairs = int(counts[number]), slice(sizes[number], sizes[number + 1])
             elements, count = mesh.nodes.shape
-            volumes = point_volumes(mesh, body.position)
+            mass = body.density * volumes_of(mesh, body.position)
             state = views(self.states[:, first : counts[number + 1]])
             body.fill(state)
-            state.mass[:] = body.density * volumes.ravel()
+            state.mass[:] = mass
             columns = np.ascontiguousarray(mesh.nodes + nodes[number])
             forces = self.forces[pairs].reshape(elements, count, AXES)
             stiffness = problem.hourglass * _modulus(body)
-            self.meshes.append(meshed(mesh.points, columns, first, stiffness, forces))
+            self.meshes.append(meshed(columns, first, stiffness, forces))
             self.node_of[pairs] = columns.ravel()
-            self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.points, count)
-            self.points_of[pairs] = mesh.points
-            parts = node_parts(mesh, body.position)
-            whole = body.density * volumes.sum(axis=1, keepdims=True)
-            self.part[pairs] = (whole * parts).ravel()
+            self.element_of[pairs] = np.repeat(first + np.arange(elements), count)
+            self.part[pairs] = (mass[:, None] * node_parts(mesh, body.position)).ravel()
             self.loaded += [
                 LoadedEnd(load, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
@@ -109,7 +108,7 @@ class ElementStepper(Method):
         self.undriven = np.full(position.shape[0], -1)
         self.before = np.zeros(1)  # the step that ended at n, s
         lengths = np.zeros((1, self.states.shape[1]))
-        self.space = ElementPoints(geometry.lower, geometry.spacing, geometry.cells, lengths)
+        self.space = Gridless(geometry.lower, geometry.spacing, geometry.cells, AXES, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = np.zeros((shares, NODES, AXES))
         self.points = PointUpdate(problem, limits, shares)
@@ -120,7 +119,7 @@ class ElementStepper(Method):
         self.show_nodes = Bound(show_nodes)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
-        """Take nodes and integration points from n, at a time, to n+1."""
+        """Take nodes and elements from n, at a time, to n+1."""
         kick = 0.5 * (float(self.before[0]) + dt)
         self.before = np.array([dt])
         self.push(partition.table, time, kick, dt)
@@ -160,7 +159,7 @@ class ElementStepper(Method):
             mesh = self.meshes[body]
             found = self._heating, self.scratch[share], gradients, space.lengths, self.taken[share]
             self.strain_elements(mesh, table, states, begin, end, kick, dt, *found)
-            span = mesh.first + begin * mesh.points, mesh.first + end * mesh.points
+            span = mesh.first + begin, mesh.first + end
             self.points.update(space, viscosity, share, body, states, span, gradients, time + dt, dt)
 
         self._over_elements(strain)
@@ -168,12 +167,12 @@ class ElementStepper(Method):
         table[X : Z + 1, :nodes] = table[NEW_X : NEW_Z + 1, :nodes]
 
     def material_points(self, particles: Particles, body: np.ndarray) -> tuple[Particles, np.ndarray]:
-        """The integration points and the index of each one's body: what a fault is about."""
+        """The elements and the index of each one's body: what a fault is about."""
         return views(self.states), self.bodies
 
     def show(self, table: np.ndarray) -> None:
         """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
-        elements, count = (self.around, self.point_of, self.points_of, self.part, self.states), len(self.loads)
+        elements, count = (self.around, self.element_of, self.part, self.states), len(self.loads)
 
         def show(share: int) -> None:
             span = count * share // self.shares, count * (share + 1) // self.shares
@@ -257,21 +256,3 @@ def _modulus(body: Body) -> float:
     eos = body.matter.eos
     bulk: float = reference_density(eos) * reference_sound_speed(eos) ** 2
     return bulk + 4.0 / 3.0 * body.matter.shear_modulus
-
-
-def _check(problem: Problem) -> None:
-    """Refuse what the method cannot compute, by name."""
-    refused = {
-        "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
-        "bodies of revolution": not isinstance(problem.geometry, Cartesian3D),
-        "another scheme than musl": problem.scheme != Scheme.MUSL,
-        "damping (set its rate to 0)": problem.damping.rate > 0.0,
-        "contact between bodies": problem.contact is not None,
-        "retired debris": problem.retirement is not None,
-        "arrivals": problem.arrivals is not None,
-        "absorbing surfaces (take free ones)": bool(problem.absorbers),
-        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
-    }
-    found = [name for name, is_there in refused.items() if is_there]
-    if found:
-        raise ProblemError(f"finite elements do not compute {', '.join(found)}")

@@ -16,32 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solver import state
 from solver.jit import device, kernel
 from solver.matter.stress import PointState, signal_speed
 from solver.methods.sph.neighbours import apart, row, rows
 from solver.methods.sph.smoothing import height
 from solver.methods.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33
 from solver.problem import ArtificialViscosity
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    KELVIN,
-    MASS,
-    NEW_X,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    VX,
-    VY,
-    VZ,
-    X,
-    Y,
-    Z,
-)
 from solver.steps.space import deviator_of
 from solver.vectors import (
     LANES,
@@ -87,16 +68,16 @@ def measure(matter, ratio, dimensions, thinnest, table, begin, end, measures):
     none = spread(0.0)
     for p in range(begin, end, LANES):
         within = first_lanes(end - p)
-        mass = load(table, MASS, p, within)
+        mass = load(table, state.MASS, p, within)
         lanes = within & (mass > 0.0)
         point = PointState(
-            load(table, DENSITY, p, lanes),
-            load(table, ENERGY, p, lanes),
-            load(table, PRESSURE, p, lanes),
+            load(table, state.DENSITY, p, lanes),
+            load(table, state.ENERGY, p, lanes),
+            load(table, state.PRESSURE, p, lanes),
             none,
             (none, none, none, none, none, none),
             none,
-            load(table, KELVIN, p, lanes),
+            load(table, state.KELVIN, p, lanes),
         )
         volume = mass / maximum(point.density, thinnest)
         length = ratio * power(volume, 1.0 / dimensions)
@@ -111,10 +92,10 @@ def lay_out(table, measures, ranges, place, other):
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
             for axis in range(3):
-                place[i, axis] = table[X + axis, i]
-                place[i, SPEED + axis] = table[VX + axis, i]
-            place[i, LENGTH], place[i, HEAVY] = measures[0, i], table[MASS, i]
-            other[i, SOUND], other[i, RHO] = measures[1, i], table[DENSITY, i]
+                place[i, axis] = table[state.X + axis, i]
+                place[i, SPEED + axis] = table[state.VX + axis, i]
+            place[i, LENGTH], place[i, HEAVY] = measures[0, i], table[state.MASS, i]
+            other[i, SOUND], other[i, RHO] = measures[1, i], table[state.DENSITY, i]
             other[i, IMAGE] = 0.0
 
 
@@ -123,8 +104,8 @@ def set_stress(table, correction, ranges, stress, other):
     """T = sigma B / rho^2 of particles."""
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
-            over = 1.0 / (table[DENSITY, i] * table[DENSITY, i])
-            pressure = table[PRESSURE, i]
+            over = 1.0 / (table[state.DENSITY, i] * table[state.DENSITY, i])
+            pressure = table[state.PRESSURE, i]
             s11, s22, s33, s12, s23, s31 = deviator_of(table, i)
             s11, s22, s33 = s11 - pressure, s22 - pressure, s33 - pressure
             b11, b22, b33 = correction[i, 0], correction[i, 1], correction[i, 2]
@@ -164,10 +145,10 @@ def tensile_part(smoothing, table):
     Gray, Monaghan and Swift (2001), Comput. Methods Appl. Mech. Eng. 190, 6641, in three dimensions;
     where all stresses are alike, Monaghan (2000), J. Comput. Phys. 159, 290. A pull along an axis is opposed along it.
     """
-    stress = table[[S11, S12, S31, S12, S22, S23, S31, S23, S33]].T.reshape(-1, 3, 3)
-    stress = stress - table[PRESSURE][:, None, None] * np.eye(3)
+    stress = table[state.S11 + np.array([0, 3, 5, 3, 1, 4, 5, 4, 2])].T.reshape(-1, 3, 3)
+    stress = stress - table[state.PRESSURE][:, None, None] * np.eye(3)
     principal, axes = np.linalg.eigh(stress)
-    over = smoothing.tensile / np.square(table[DENSITY])
+    over = smoothing.tensile / np.square(table[state.DENSITY])
     pulled = np.maximum(principal, 0.0) * over[:, None]
     part = np.einsum("nij,nj,nkj->nik", axes, pulled, axes)
     return part[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
@@ -224,7 +205,7 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, pushed, grav
     px = py = pz = weight = work = fastest = touched = 0.0
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
-            mass = table[MASS, i]
+            mass = table[state.MASS, i]
             if mass <= 0.0:
                 continue
             own, t, others = row(place, i), row(stress, i), row(other, i)
@@ -258,16 +239,16 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, pushed, grav
                 total(ay) + gravity[1] + pushed[i, 1],
                 total(az) + gravity[2] + pushed[i, 2],
             )
-            old = table[VX, i], table[VY, i], table[VZ, i]
+            old = table[state.VX, i], table[state.VY, i], table[state.VZ, i]
             new = old[0] + a[0] * kick, old[1] + a[1] * kick, old[2] + a[2] * kick
-            table[VX, i], table[VY, i], table[VZ, i] = new
-            table[NEW_X, i] = table[X, i] + new[0] * dt
-            table[NEW_X + 1, i] = table[Y, i] + new[1] * dt
-            table[NEW_X + 2, i] = table[Z, i] + new[2] * dt
+            table[state.VX, i], table[state.VY, i], table[state.VZ, i] = new
+            table[state.NEW_X, i] = table[state.X, i] + new[0] * dt
+            table[state.NEW_X + 1, i] = table[state.Y, i] + new[1] * dt
+            table[state.NEW_X + 2, i] = table[state.Z, i] + new[2] * dt
             moved[i, MOVED], moved[i, MOVED + 1], moved[i, MOVED + 2] = new
             gained = total(power_of_stress) + 0.5 * viscosity.heating * total(heat)
             gained += 0.5 * total(against)
-            table[ENERGY, i] += 0.5 * kick * gained
+            table[state.ENERGY, i] += 0.5 * kick * gained
             px += mass * (total(bx) + pushed[i, 3])
             py += mass * (total(by) + pushed[i, 4])
             pz += mass * (total(bz) + pushed[i, 5])
@@ -312,8 +293,8 @@ def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correcti
                 l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
                 l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
                 l31, l32, l33 = l31 - vz * gx, l32 - vz * gy, l33 - vz * gz
-            table[ENERGY, i] += 0.25 * kick * smoothing.viscosity.heating * total(heat)
-            table[ENERGY, i] += 0.25 * kick * total(against)
+            table[state.ENERGY, i] += 0.25 * kick * smoothing.viscosity.heating * total(heat)
+            table[state.ENERGY, i] += 0.25 * kick * total(against)
             over = 1.0 / number(other, i, RHO)
             b11, b22, b33 = (correction[i, 0] * over, correction[i, 1] * over, correction[i, 2] * over)
             b12, b23, b31 = (correction[i, 3] * over, correction[i, 4] * over, correction[i, 5] * over)
@@ -330,7 +311,7 @@ def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correcti
             power += number(stress, i, 4) * second[1] + number(stress, i, 5) * second[2]
             power += number(stress, i, 6) * third[0] + number(stress, i, 7) * third[1]
             power += number(other, i, T33) * third[2]
-            table[ENERGY, i] += 0.5 * (kick - dt) * power
+            table[state.ENERGY, i] += 0.5 * (kick - dt) * power
 
 
 @kernel
@@ -360,6 +341,6 @@ def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists
             fx, fy, fz = (fx + sx - pressure * gx - rx, fy + sy - pressure * gy - ry, fz + sz - pressure * gz - rz)
             ax, ay, az = ax + fx, ay + fy, az + fz
             bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz
-        mass = table[MASS, i]
+        mass = table[state.MASS, i]
         for component, lanes in enumerate((ax, ay, az, bx, by, bz)):
             forces[at, component] = mass * total(lanes)

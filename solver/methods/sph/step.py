@@ -18,7 +18,6 @@ import numpy as np
 
 from solver.errors import ProblemError
 from solver.jit import Bound
-from solver.matter.eos import burns
 from solver.methods.sph.contact import reached, repel
 from solver.methods.sph.loads import pressed_ends
 from solver.methods.sph.neighbours import Cells, find_neighbours, sort_into_cells
@@ -40,13 +39,13 @@ from solver.methods.sph.rates import (
 )
 from solver.methods.sph.smoothing import SUPPORT
 from solver.methods.sph.tables import MOVED, images_of, new_memory, set_places, set_stresses, set_velocities, tables_of
-from solver.problem import Face, Problem, Scheme, Smoothing, mean_pressure
+from solver.problem import Face, Problem, Smoothing, mean_pressure
 from solver.problem.geometry import Cartesian3D
 from solver.state import MASS, VX, Particles, lines
 from solver.steps.crossing import cross_faces
-from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.method import Method, Partition, StepBalance, refuse
 from solver.steps.points import PointUpdate, StateLimits
-from solver.steps.space import AXES, Scattered
+from solver.steps.space import AXES, Gridless
 from solver.steps.threads import ThreadPool
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
@@ -82,7 +81,8 @@ class ParticleStepper(Method):
         self.pressed = pressed_ends(problem, self.axes)
         self.loaded: list[LoadedLayer] = []
         self.before = np.zeros(1)  # the step that ended at n, s
-        self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
+        geometry, lengths = problem.geometry, np.zeros((1, problem.particle_count))
+        self.space = Gridless(geometry.lower, geometry.spacing, geometry.cells, self.axes, lengths)
         self.points = PointUpdate(problem, limits, shares)
         self.sums = np.zeros((shares, 8))
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
@@ -355,19 +355,10 @@ def _check(problem: Problem, smoothing: Smoothing) -> None:
     """Refuse what the method cannot compute, by name."""
     cells = np.asarray(problem.geometry.cells) > 0
     kinds = {face for axis in range(_axes(problem)) for face in problem.faces[axis]}
-    refused = {
+    more = {
         "an axisymmetric geometry (take a box)": not isinstance(problem.geometry, Cartesian3D),
         "an axis with cells behind one without (reorder them)": bool(np.diff(cells * 1).max() > 0),
         "walls that let go (take symmetric faces)": Face.WALL in kinds,
-        "another scheme than musl": problem.scheme != Scheme.MUSL,
-        "damping (set its rate to 0)": problem.damping.rate > 0.0,
-        "contact with fields of their own (give the smoothing a stiffness)": problem.contact is not None,
-        "retired debris (follow it)": problem.retirement is not None,
-        "arrivals": problem.arrivals is not None,
-        "absorbing surfaces (take free ones)": bool(problem.absorbers),
-        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
         "a box too narrow for images behind both of its faces (widen it)": _narrow(problem, smoothing),
     }
-    found = [name for name, is_there in refused.items() if is_there]
-    if found:
-        raise ProblemError(f"smoothed particles do not compute {', '.join(found)}")
+    refuse(problem, "smoothed particles", more)

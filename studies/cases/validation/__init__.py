@@ -7,13 +7,11 @@ source, ``fine`` on three grids, which give the value without a mesh and its err
 with the table; its tolerances are stated before a run and belong to the mesh of the source: part of a published
 agreement is its mesh, so that the converged value stands beside it as a report. Nothing is tuned.
 
-The table has the columns ``by`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
+The table has the columns ``note`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
 parameters and the quantities, with their units in the header (``studies.observations``). ``studies.cases.compared``
 makes comparisons of a cube. Each case is a claim by its own sentence (``tests/studies/cases/test_published.py``).
 """
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -25,7 +23,7 @@ from solver.errors import WhippleError
 from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.compared import Picture, PublishedNumber
-from studies.cases.comparison import Comparison
+from studies.quantities.comparison import Comparison
 from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import Plain
 from studies.sweeps.reading import published_shots, vocabulary
@@ -75,19 +73,8 @@ def load(name: str) -> ValidationCase:
 def numbers_of(table: str, scenario: str) -> list[PublishedNumber]:
     """The numbers of a table beside a case, in its order; raises InvalidInput."""
     text = files(__package__).joinpath(f"{table}.csv").read_text(encoding="utf-8")
-    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
-    terms = vocabulary(scenario, roles, {})
-    reader = csv.reader(line for line in io.StringIO(text) if not line.startswith("#"))
-    header, *rows = reader
-    column = header.index("by")
-    numbers = []
-    for row in rows:
-        by = row.pop(column)
-        lines = io.StringIO()
-        csv.writer(lines).writerows([[*header[:column], *header[column + 1 :]], row])
-        shots = observations.read_observations(lines.getvalue(), terms, table)
-        numbers += [PublishedNumber(by, shot) for shot in shots]
-    return numbers
+    terms = vocabulary(scenario, dict.fromkeys(scenarios.load(scenario).materials, ()), {})
+    return [PublishedNumber(shot.note, shot) for shot in observations.read_observations(text, terms, table)]
 
 
 def of_observations(table: str, scenario: str, by: str) -> list[PublishedNumber]:

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.comparison import Comparison, relative
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
 from studies.laws.maiden_al import hole_ratio
+from studies.quantities.comparison import Comparison, relative
 
 DIAMETER = 10.0  # mm
 THICKNESSES = (2.0, 4.0)  # mm

@@ -29,11 +29,11 @@ from studies.cases.compared import (
     grids_of,
     kinetic_energy,
 )
-from studies.cases.comparison import Comparison, at_most, reported
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of, of_observations
 from studies.fits.fit import fit, forms_of
 from studies.fits.forms import Form
 from studies.fits.measured import MeasuredShots, of_table
+from studies.quantities.comparison import Comparison, at_most, reported
 from studies.quantities.parameters import Plain
 from studies.quantities.units import round_quantity
 

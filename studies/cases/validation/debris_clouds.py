@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, against, grids_of
-from studies.cases.comparison import Comparison, at_most
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
+from studies.quantities.comparison import Comparison, at_most
 
 DIAMETER = 8e-3  # m
 DENSITY = 8930.0  # kg/m3

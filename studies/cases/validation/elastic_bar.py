@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, energy_line, grids_of
-from studies.cases.comparison import Comparison, at_most, relative, reported
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
+from studies.quantities.comparison import Comparison, at_most, relative, reported
 from studies.quantities.parameters import Plain
 
 LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), section 2.3.1

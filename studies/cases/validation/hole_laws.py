@@ -15,11 +15,11 @@ import xarray as xr
 
 from studies import laws
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.comparison import Comparison, reported
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel
-from studies.cases.validation._trends import AxisOfSweep, Slope, trend_of
-from studies.cubes.points import points_of
+from studies.cubes.points import Place, points_of
+from studies.quantities.comparison import Comparison, reported
 from studies.quantities.display import decimals, signed
+from studies.quantities.least_squares import linear
 from studies.reports.judgement import judgements_of
 from studies.reports.records import Judgement, Outcome, PointJudgement
 
@@ -33,8 +33,7 @@ THROUGH = (4, 8, 16)  # cells through the plate
 TWO_GRIDS = {("aluminium", 0.1): (7.0,)}
 QUICK = {0.2: (2.0, 4.5, 7.0)}
 RATIO = "thickness_ratio"
-AXES = (AxisOfSweep("speed", "m s-1"), AxisOfSweep(RATIO, "1"))
-PER = {"speed": ("km/s", 1.0), RATIO: ("0.1 of t/d", 0.1)}
+PER = {"speed": ("km/s", 1e3), RATIO: ("0.1 of t/d", 0.1)}  # of the trends along each axis, SI
 WORDS = {
     Outcome.WITHIN: "inside the joint uncertainty",
     Outcome.LOW: "low",
@@ -162,8 +161,7 @@ def _of_law(material: str, subject: Judgement) -> Comparison:
         beside["drawn only"] = subject.drawn_only
     if judged:
         beside["from"] = f"{_percent(residuals.min())} to {_percent(residuals.max())}"
-        slopes = trend_of([point.at for point in judged], residuals, AXES).slopes
-        beside |= {f"per {PER[slope.axis][0]}": _slope(slope) for slope in slopes}
+        beside |= _trends([point.at for point in judged], residuals)
         outcomes = Counter(point.outcome for point in judged)
         beside |= {says: str(outcomes[outcome]) for outcome, says in WORDS.items() if outcomes[outcome]}
     for state in ("outside", "unjudged"):
@@ -175,9 +173,23 @@ def _of_law(material: str, subject: Judgement) -> Comparison:
     return Comparison(claim, "", got, None, others=beside)
 
 
-def _slope(slope: Slope) -> str:
-    size = 100.0 * PER[slope.axis][1]
-    return f"{signed(size * slope.value, 1)} ± {decimals(size * slope.interval, 1)} %"
+def _trends(places: Sequence[Place], residuals: np.ndarray) -> dict[str, str]:
+    """Slopes of a plane through the residuals (n,) with their intervals, along the axes that the points tell apart."""
+    columns = {"": np.ones(len(places))}
+    for axis, (words, size) in PER.items():
+        values = np.array([float(place[axis]) for place in places]) / size
+        wider = np.column_stack([*columns.values(), values - values.mean()])
+        if len(places) > wider.shape[1] == np.linalg.matrix_rank(wider):
+            columns[f"per {words}"] = values - values.mean()
+    if len(columns) == 1:
+        return {}
+    plane = linear(list(columns.values()), residuals)
+    slopes = zip(columns, plane.constants, plane.intervals, strict=True)
+    return {
+        words: f"{signed(100.0 * slope, 1)} ± {decimals(100.0 * interval, 1)} %"
+        for words, slope, interval in slopes
+        if words
+    }
 
 
 def _percent(share: float) -> str:

@@ -10,8 +10,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 from studies.cases.compared import ComparedReading, Picture, against, compared
-from studies.cases.comparison import Comparison
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.comparison import Comparison
 
 QUANTITY = "melted_share_projectile"
 SPEEDS, THICKNESSES = (6, 8, 10, 12), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm

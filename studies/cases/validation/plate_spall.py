@@ -13,8 +13,8 @@ import xarray as xr
 
 from studies import materials
 from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber
-from studies.cases.comparison import Comparison, absolute, relative
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, of_observations
+from studies.quantities.comparison import Comparison, absolute, relative
 from studies.quantities.display import decimals
 from studies.quantities.parameters import Plain
 from studies.scenarios.parts.matter import elastic_speed

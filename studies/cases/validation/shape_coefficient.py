@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from studies.cases.compared import ComparedReading, Line, Picture
-from studies.cases.comparison import Comparison
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.comparison import Comparison
 from studies.quantities.parameters import Plain
 
 QUANTITY = "crater_depth_over_diameter"

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from studies.cases.compared import ComparedReading, Line, Picture, compared, grids_of
-from studies.cases.comparison import Comparison, at_most, relative
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.comparison import Comparison, at_most, relative
 
 MATERIAL = "copper-thesis-taylor"
 # Ma (2005), Table 2.2, experiment of Johnson and Holmquist (1988): length, mushroom, width at 0.2 L, m.

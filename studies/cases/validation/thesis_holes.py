@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 import xarray as xr
 
 from studies.cases.compared import ComparedReading, Picture, against
-from studies.cases.comparison import Comparison
 from studies.cases.validation import Cubes, Document, ValidationCase, ValidationLevel, numbers_of
+from studies.quantities.comparison import Comparison
 
 DIAMETER = 8.0  # mm
 THESIS = 8  # cells per diameter

@@ -8,11 +8,10 @@ any figure was known by them; what the parabolas miss of the exact wave is repor
 
 import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
-from solver.matter.eos.jwl import JonesWilkinsLee, burnt_fraction, lighting_times
+from solver.matter.eos.jwl import JonesWilkinsLee, burnt_fraction
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from studies.quantities.numerical_defaults import Recipe
@@ -48,7 +47,6 @@ def explosive() -> JonesWilkinsLee:
 
 def bar(cells: int, recipe: Recipe) -> Problem:
     """A bar between rigid sides that is lit at its closed end, for cells along it."""
-    light = partial(lighting_times, velocity=TNT.velocity, planes=[((0.0,) * 3, (1.0, 0.0, 0.0))])
     stretch = Stretch(
         "explosive",
         matter_of(explosive(), shear_modulus=0.0),
@@ -56,7 +54,7 @@ def bar(cells: int, recipe: Recipe) -> Problem:
         0.0,
         LENGTH,
         energy=TNT.E0 / TNT.density,
-        lighting=light,
+        lighting=lambda position: position[:, 0] / TNT.velocity,
     )
     return column(
         [stretch],

@@ -18,16 +18,7 @@ from tests.cases.verification import case
 from tests.cases.verification.setups.collision import SPACING, Collision, Piece, Wave, collide, collision_problem, waves
 from tests.cases.verification.setups.lattices import MIRRORS, lattice, middles
 from tests.cases.verification.setups.matter import fluid
-from tests.cases.verification.setups.methods import (
-    EIGHT_POINTS,
-    LINE,
-    ONE_POINT,
-    SMOOTHINGS,
-    SPH,
-    kept,
-    meshed,
-    smoothed,
-)
+from tests.cases.verification.setups.methods import LINE, SMOOTHINGS, SPH, kept, meshed, smoothed
 from tests.cases.verification.solutions.hugoniot import (
     ALUMINIUM_2024,
     ALUMINIUM_6061,
@@ -259,23 +250,20 @@ def _bar(body: Body) -> Body:
 
 
 def of_elements() -> Iterator[Row]:
-    """Finite elements with one point and with eight."""
-    for points in (ONE_POINT, EIGHT_POINTS):
-        where = f"Cu on Cu, 2 km/s, {points} point{'s' if points > 1 else ''}"
-        flyer = FLYER if points == ONE_POINT else FLYER[-1:]
-        exact, result, errors = _refined(GATED, partial(meshed, points=points), flyer)
-        for body, wave in waves(result):
-            got = wave.plateau
-            yield from relatives(
-                f"{where}, {body}",
-                ("plateau pressure (GPa)", exact.pressure / 1e9, got.stress / 1e9, COLUMN_PRESSURE),
-                ("density (kg/m3)", exact.density, got.density, COLUMN_DENSITY),
-                ("shock speed (m/s)", exact.shock_speed, wave.speed, None),
-            )
-        if points == ONE_POINT:
-            for name in ("pressure", "density"):
-                yield trend(f"{where}: error of the {name}, finest of {len(FLYER)}", errors[name])
-        yield from kept(where, result.outcome.audit, MESHED_ROUND_OFF)
+    """Finite elements."""
+    where = "Cu on Cu, 2 km/s"
+    exact, result, errors = _refined(GATED, meshed, FLYER)
+    for body, wave in waves(result):
+        got = wave.plateau
+        yield from relatives(
+            f"{where}, {body}",
+            ("plateau pressure (GPa)", exact.pressure / 1e9, got.stress / 1e9, COLUMN_PRESSURE),
+            ("density (kg/m3)", exact.density, got.density, COLUMN_DENSITY),
+            ("shock speed (m/s)", exact.shock_speed, wave.speed, None),
+        )
+    for name in ("pressure", "density"):
+        yield trend(f"{where}: error of the {name}, finest of {len(FLYER)}", errors[name])
+    yield from kept(where, result.outcome.audit, MESHED_ROUND_OFF)
 
 
 CASE = (_default, _all_pairs, _boosted, _smoothed, _box)

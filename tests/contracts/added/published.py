@@ -1,7 +1,7 @@
 """All of an added plate is attached, by a published number."""
 
-from studies.cases.comparison import absolute
 from studies.cases.validation import ValidationCase
+from studies.quantities.comparison import absolute
 
 
 def _rows(level, cubes):

@@ -8,7 +8,7 @@ import pytest
 
 from service.cases import validation as validation_commands
 from studies.cases import validation
-from studies.cases.comparison import relative
+from studies.quantities.comparison import relative
 from tests.service.support.command import run
 
 Capsys = pytest.CaptureFixture[str]

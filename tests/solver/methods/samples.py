@@ -12,8 +12,7 @@ SHORT: dict[str, Any] = {"fixed_dt": 1e-8, "end_time": 1.2e-6}  # more than two 
 # Each with something of its own to carry, above zero in the run.
 PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "smoothed": (lambda: impact(smoothing=REPELLING, **SHORT), lambda run: run.stepper.before[0]),
-    "elements": (lambda: problem_of(1, squeezing, **SHORT), lambda run: run.stepper.before[0]),
-    "elements, eight points": (lambda: problem_of(8, squeezing, **SHORT), lambda run: run.counters.tension_floors),
+    "elements": (lambda: problem_of(squeezing, **SHORT), lambda run: run.stepper.before[0]),
     "coupled": (lambda: bar(pressing, **SHORT), lambda run: run.stepper.elements.before[0]),
 }
-LONG = {"elements, eight points", "coupled"}
+LONG = {"coupled"}

@@ -1,4 +1,4 @@
-"""Finite elements against exact answers: operators, patches, rotation, balances, loads, erosion, checkpoints."""
+"""Finite elements against exact answers: patches, rotation, balances, loads, faces."""
 
 import math
 from dataclasses import replace
@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
-from solver.methods.fem.elements import NODES, mean_operator, point_operator
-from solver.methods.fem.mesh import lattice, node_masses, point_volumes
+from solver.methods.fem.mesh import lattice, node_masses, volumes_of
 from solver.problem import Body, Face, Mesh, Problem, Traction
 from solver.simulation import simulate, start
 from tests.solver.bodies import (
@@ -27,21 +26,20 @@ from tests.solver.bodies import (
 
 CELLS, JITTER = 4, 0.15
 STEP = 1e-8  # s
-each_rule = pytest.mark.parametrize("points", [1, 8])
 
 
-def skewed(points: int = 1) -> tuple[np.ndarray, Mesh]:
+def skewed() -> tuple[np.ndarray, Mesh]:
     """A cube whose inner nodes are moved at random."""
     line = np.arange(CELLS + 1) * SPACING
-    position, mesh = lattice(line, line, line, points=points)
+    position, mesh = lattice(line, line, line)
     inner = ((position > 0.0) & (position < CELLS * SPACING)).all(axis=1)
     position[inner] += np.random.default_rng(1).uniform(-JITTER, JITTER, position[inner].shape) * SPACING
     return position, mesh
 
 
-def problem_of(points: int = 1, flow: Any = 0.0, *, matter: Any = None, **changes: Any) -> Problem:
+def problem_of(flow: Any = 0.0, *, matter: Any = None, **changes: Any) -> Problem:
     """A free body whose nodes begin with the velocities ``flow(position)``."""
-    position, mesh = skewed(points)
+    position, mesh = skewed()
     velocity = flow(position) if callable(flow) else np.full(position.shape, flow)
     body = Body(
         name="body",
@@ -63,22 +61,9 @@ def squeezing(position: np.ndarray) -> np.ndarray:
     return 300.0 * np.stack([-x + 0.3 * y * x, 0.5 * x - y * y, 0.4 * z], axis=-1)
 
 
-def test_mean_operator_is_the_mean_over_the_volume() -> None:
-    position, mesh = skewed()
-    operator, mean = np.zeros((2, NODES, 3))
-    for x in position[mesh.nodes]:
-        parts, sums = 0.0, np.zeros((NODES, 3))
-        for point in range(NODES):
-            part = point_operator(x, point, operator)
-            parts, sums = parts + part, sums + part * operator
-        assert mean_operator(x, mean) == pytest.approx(parts, rel=ROUND_OFF)
-        np.testing.assert_allclose(mean * parts, sums, atol=1e-14 * SPACING**2)
-
-
-@each_rule
-def test_uniform_stress_leaves_inner_nodes_alone(points: int) -> None:
+def test_uniform_stress_leaves_inner_nodes_alone() -> None:
     """The patch test: however skewed the mesh, a uniform pressure pushes on the surface alone."""
-    simulation = start(problem_of(points))
+    simulation = start(problem_of())
     simulation.stepper.carried()["elements"][9] = 1e9  # pressure
     simulation.advance()
     particles = simulation.particles
@@ -89,9 +74,8 @@ def test_uniform_stress_leaves_inner_nodes_alone(points: int) -> None:
     assert speed[inner].max() < 1e-9 * speed.max()
 
 
-@each_rule
-def test_mass_momentum_and_energy_are_kept(points: int) -> None:
-    outcome = simulate(problem_of(points, squeezing))
+def test_mass_momentum_and_energy_are_kept() -> None:
+    outcome = simulate(problem_of(squeezing))
     assert outcome.snapshot.particles.plastic_strain.max() > 0.01
     assert_balanced(outcome.audit)
 
@@ -100,7 +84,6 @@ def test_rigid_rotation_stores_no_energy() -> None:
     """A tenth of a turn of an unloaded cube: midpoint strains are of second order in the angle of a step."""
     omega = 1e5
     problem = problem_of(
-        1,
         lambda x: omega * np.stack([-x[:, 1], x[:, 0], 0.0 * x[:, 2]], axis=-1),
         matter=elastic_copper(),
         end_time=0.2 * math.pi / omega,
@@ -117,7 +100,7 @@ def test_hourglass_springs_push_back() -> None:
         return np.stack([10.0 * signs, 0.0 * signs, 0.0 * signs], axis=-1)
 
     def moved(hourglass: float) -> float:
-        problem = problem_of(1, mode, matter=elastic_copper(), hourglass=hourglass, end_time=2e-6)
+        problem = problem_of(mode, matter=elastic_copper(), hourglass=hourglass, end_time=2e-6)
         position = start(problem).particles.position.copy()
         return float(np.abs(simulate(problem).snapshot.particles.position - position).max())
 
@@ -140,7 +123,7 @@ def test_traction_gives_its_impulse_and_work() -> None:
 
 def test_closed_faces_hold_their_nodes_and_count_the_impulse() -> None:
     faces = ((Face.FIXED, Face.FREE), SYMMETRIC, FREE)
-    outcome = simulate(problem_of(1, squeezing, faces=faces))
+    outcome = simulate(problem_of(squeezing, faces=faces))
     p = outcome.snapshot.particles
     fixed = p.position[:, 0] == 0.0
     assert fixed.sum() == (CELLS + 1) ** 2
@@ -152,7 +135,7 @@ def test_closed_faces_hold_their_nodes_and_count_the_impulse() -> None:
 def test_wall_stops_nodes_and_lets_go() -> None:
     faces = ((Face.WALL, Face.FREE), FREE, FREE)
     problem = problem_of(
-        1, lambda x: np.tile([-20.0, 0.0, 0.0], (len(x), 1)), matter=elastic_copper(), faces=faces, end_time=8e-6
+        lambda x: np.tile([-20.0, 0.0, 0.0], (len(x), 1)), matter=elastic_copper(), faces=faces, end_time=8e-6
     )
     outcome = simulate(problem)
     p = outcome.snapshot.particles
@@ -172,7 +155,7 @@ def test_elements_that_turn_inside_out_are_named() -> None:
 def test_meshes_that_cannot_be_computed_are_refused() -> None:
     position, mesh = skewed()
     with pytest.raises(ProblemError, match="no volume"):
-        point_volumes(Mesh(mesh.nodes[:, [3, 2, 1, 0, 7, 6, 5, 4]]), position)
+        volumes_of(Mesh(mesh.nodes[:, [3, 2, 1, 0, 7, 6, 5, 4]]), position)
     problem = problem_of()
     with pytest.raises(ProblemError, match=r"do not compute .*revolution"):
         start(replace(problem, geometry=box(8, 8)))

@@ -25,7 +25,6 @@ PLAIN = SPH._replace(corrected=False)
 SMOOTHINGS = {"corrected gradients": SPH, "plain gradients": PLAIN}
 COURANT = 0.3
 
-ONE_POINT, EIGHT_POINTS = 1, 8  # integration points
 COURANT_OF_ELEMENTS = 0.8  # of the bound of each
 
 
@@ -40,17 +39,17 @@ def smoothed(problem: Problem, smoothing: Smoothing = SPH, **changes: Any) -> Pr
     return replace(problem, geometry=geometry, bodies=bodies, smoothing=smoothing, courant=COURANT, **changes)
 
 
-def meshed(problem: Problem, points: int = ONE_POINT) -> Problem:
+def meshed(problem: Problem) -> Problem:
     """The problem of a column as a bar of one hexahedron across, between planes of symmetry."""
-    bodies = tuple(_bar(body, problem.geometry.spacing, points) for body in problem.bodies)
+    bodies = tuple(_bar(body, problem.geometry.spacing) for body in problem.bodies)
     return replace(problem, bodies=bodies, courant=COURANT_OF_ELEMENTS)
 
 
-def _bar(body: Body, spacing: float, points: int) -> Body:
+def _bar(body: Body, spacing: float) -> Body:
     middles = np.sort(body.position[:, 0])
     step = body.spacing[0]
     planes = np.append(middles - 0.5 * step, middles[-1] + 0.5 * step)
-    position, mesh = lattice(planes, np.array([0.0, spacing]), np.array([0.0, spacing]), points=points)
+    position, mesh = lattice(planes, np.array([0.0, spacing]), np.array([0.0, spacing]))
     velocity = np.zeros_like(position)
     velocity[:, 0] = np.interp(position[:, 0], body.position[:, 0], body.velocity[:, 0])
     return replace(

@@ -1,4 +1,4 @@
-"""The record of a compared figure of a case: the expected and the computed value, the error and its tolerance.
+"""The record of a compared figure: the expected and the computed value, the error and its tolerance.
 
 A tolerance is set from the numerics' order or from what the answer is needed for; a comparison without one is reported.
 """
@@ -6,7 +6,7 @@ A tolerance is set from the numerics' order or from what the answer is needed fo
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Literal
+from typing import Literal, Self
 
 Figure = float | str
 
@@ -31,7 +31,7 @@ class Comparison:
             return "REPORT"
         return "PASS" if self.passed else "FAIL"
 
-    def ungated(self, limit: float) -> "Comparison":
+    def ungated(self, limit: float) -> Self:
         """As a report, whose claim says whether the gate would hold."""
         claim = f"{self.claim}, {'holds' if self.passed else 'misses'} {limit:g}"
         return replace(self, claim=claim, passed=None, tolerance=None)
