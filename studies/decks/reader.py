@@ -28,7 +28,7 @@ Sizes are compared with limits before anything of that size is made: a deck is a
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import NoReturn
@@ -53,16 +53,35 @@ from studies.quantities.findings import Finding, InvalidInput, nearest_cure
 from studies.quantities.texts import decoded
 
 MOST_BYTES = 2_000_000
+BEGINNING = 65_536  # bytes of a larger file that tell what it is
 UNREAD = "\ufffd"  # in the place of a byte that is no text
 DENSITY_OR_MASS = 0.01  # relative: what a block's third number must agree with
+# What is looked at for the words of another program: lines, without empty ones, and characters of a line.
+MOST_LINES, LONGEST_LINE = 100, 200
+# Input files of other programs, by what begins a line of theirs and of no deck of MPM3D. Abaqus after LS-DYNA, which
+# has keywords of its own.
+SIGNATURES: Mapping[str, str] = {
+    "an LS-DYNA keyword file": r"\*(KEYWORD\b|(PART|SECTION|MAT|CONTROL|ELEMENT|DATABASE|EOS|INITIAL)_[A-Z_]+)",
+    "an Abaqus input file": r"\*(HEADING|NODE|ELEMENT|PART|MATERIAL|STEP|ASSEMBLY|INCLUDE|PREPRINT)\b(,|\s*$)",
+    "an input file of CTH": r"\*eor\*",
+    "a Nastran bulk data file": r"(BEGIN +BULK|SOL +\d+|CEND)\b",
+    "a Radioss starter file": r"#RADIOSS\b|/BEGIN\b",
+    "an Ansys input file": r"/(PREP7|BATCH|COM\b|FILNAME)",
+    "an input file of Autodyn": r"\W*AUTODYN\b",
+    "an input file of LAMMPS": r"(atom_style|pair_style|units +(lj|real|metal|si|cgs))\b",
+    "an input file of iSALE": r"#ISINP\b",
+    "a mesh of Gmsh": r"\$MeshFormat",
+    "a VTK file": r"# vtk DataFile|<VTKFile",
+}
 
 
 def read_file_text(content: bytes) -> str:
     """The text of a deck's file, whose comments may be in any encoding.
 
-    Raises InvalidInput for what is no text, with its line, and for more than 2 MB.
+    Raises InvalidInput for a file of another program, what is no text, with its line, and more than 2 MB.
     """
     if len(content) > MOST_BYTES:
+        check_program(content[:BEGINNING].decode("utf-8", "replace"))
         _refuse_size(len(content))
     try:
         return decoded(content, "deck")
@@ -73,10 +92,23 @@ def read_file_text(content: bytes) -> str:
         return text
 
 
+def check_program(text: str) -> None:
+    """Raise InvalidInput for the beginning of a file of another program, named."""
+    lines = [line.strip()[:LONGEST_LINE] for line in text[: MOST_LINES * LONGEST_LINE].splitlines()]
+    for line in [line for line in lines if line][:MOST_LINES]:
+        if line.lower().startswith("mpm3"):
+            return
+        for program, signature in SIGNATURES.items():
+            if re.match(signature, line, re.IGNORECASE):
+                cure = "write the problem as a deck of MPM3D, or as a scenario: docs/decks.md"
+                raise InvalidInput([Finding("deck", program, "whipple reads decks of MPM3D", cure)])
+
+
 def read_deck(text: str, units: str = "deck") -> Deck:
     """The deck of a text, in the units that it names or in others; raises InvalidInput with line and cure."""
     if len(text) > MOST_BYTES or len(text.encode()) > MOST_BYTES:
         _refuse_size(len(text.encode()))
+    check_program(text)
     read = _read(text, _named_units(text) if units == "deck" else "SI" if units == "SI" else "mm-g-ms")
     if isinstance(read, InvalidInput):
         raise InvalidInput(read.findings)

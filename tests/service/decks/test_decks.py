@@ -20,6 +20,7 @@ SECONDS = 1.0  # of computing, until a refusal has been sent
 REFUSED = {
     "an unknown macro at its end": (LARGE.replace("endi", "endx"), "a macro of MPM3D"),
     "a word in a late row": (LARGE[:-60].rpartition("\n")[0] + "\n x y\n", "a whole number"),
+    "of LS-DYNA": (f"*KEYWORD\n{LARGE.partition(chr(10))[2]}", "an LS-DYNA keyword file"),
 }
 
 

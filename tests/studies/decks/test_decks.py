@@ -225,6 +225,27 @@ def test_file__has_comments_in_any_encoding_and_words_in_text() -> None:
         read_file_text(b"mpm3 title\nnbmp \x81\n")
 
 
+FOREIGN = {
+    "LS-DYNA": "$ units: mm, ms, kg\n*KEYWORD\n*TITLE\n",
+    "an LS-DYNA": "*CONTROL_TERMINATION\n 0.01\n*PART\n",
+    "Abaqus": "** Job name: plate\n*Heading\n*Node\n1, 0., 0., 0.\n",
+    "an Abaqus": "*Material, name=COPPER\n",
+    "CTH": "*eor* genin\n*\ncontrol\n",
+    "Nastran": "SOL 700\nCEND\nBEGIN BULK\n",
+    "Radioss": "#RADIOSS STARTER\n/BEGIN\n",
+    "Autodyn": "# AUTODYN input\n",
+    "LAMMPS": "# peridynamics\nunits si\natom_style peri\n",
+}
+
+
+@pytest.mark.parametrize("program", FOREIGN)
+def test_file__of_another_program_is_named(program: str) -> None:
+    large = FOREIGN[program] + "1.0 2.0 3.0\n" * 200_000
+    for content in (FOREIGN[program].encode(), large.encode(), FOREIGN[program].encode("utf-16")):
+        with pytest.raises(InvalidInput, match=f"{program}.*whipple reads decks of MPM3D"):
+            read_deck(read_file_text(content))
+
+
 def test_deck__of_two_megabytes_is_read_and_a_larger_one_refused() -> None:
     text = points_deck(MOST_BYTES)
     assert MOST_BYTES - 100 < len(text) <= MOST_BYTES == 2_000_000
