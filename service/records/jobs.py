@@ -1,4 +1,4 @@
-"""States, allowed moves and records of the queue: pure, no database, no engine.
+"""States and records of the queue: pure, no database, no engine.
 
 A *job* is one row of the queue: a ``run`` (one simulation) or a ``publish`` (cube and report of one
 sweep). The row is the truth; the process that computes it may die at any moment.
@@ -114,24 +114,6 @@ ACTIVE = frozenset(State) - TERMINAL
 UNSUCCESSFUL = tuple(state for state in State if state is not State.SUCCEEDED)  # which the queue counts
 RUN_STATES = tuple(state for state in State if state is not State.WAITING)
 SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
-
-# What may follow what; ``service.store.transitions`` has the moves.
-MOVES: Mapping[State, frozenset[State]] = {
-    State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
-    # To all but itself and ``cancelling``: what has a result already goes back to it.
-    State.QUEUED: frozenset(State) - {State.QUEUED, State.CANCELLING},
-    State.RUNNING: frozenset({State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}),
-    State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
-    # A retry, or a new sweep that asks for a run which an accident ended, or for more of its files.
-    State.SUCCEEDED: frozenset({State.QUEUED, State.WAITING}),
-    State.FAILED: frozenset({State.QUEUED, State.WAITING}),
-    State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
-}
-
-
-def before(state: State) -> frozenset[State]:
-    """States from which a job may move to ``state``."""
-    return frozenset(origin for origin, targets in MOVES.items() if state in targets)
 
 
 def at_least(keep: Keep) -> frozenset[Keep]:

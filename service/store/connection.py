@@ -253,6 +253,13 @@ class Database:
             self._mutex.release()
 
 
+class Repository:
+    """The commands and queries about one kind of rows: each a transaction, of a few statements whatever the size."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+
 def _watched(engine: sa.Engine, file: OpenFile) -> OpenFile:
     """Let each connection of an engine be noted, and refused if it is to another file."""
 

@@ -15,7 +15,7 @@ from threading import Lock, Thread
 import sqlalchemy as sa
 
 from service.records.jobs import Conflict, KeyRow, Scope, StoreUnavailable
-from service.store.connection import Database
+from service.store.connection import Database, Repository
 from service.store.tables import KEYS, SESSIONS, StatementRow, now
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
@@ -25,11 +25,11 @@ USED_EVERY = timedelta(minutes=1)  # interval between two notes of the use of a 
 SESSION = timedelta(hours=12)  # a working day, after which a browser logs in again
 
 
-class Keys:
+class Keys(Repository):
     """Keys that requests need elsewhere than on the loopback."""
 
     def __init__(self, database: Database):
-        self._database = database
+        super().__init__(database)
         self._noting = Lock()  # held while a use is noted
 
     def issue(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import RUN_SECONDS, AttemptProgress, Cause, CrashCount, Keep, Lease, Result, State, Stored
 from service.store import transitions
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_attempts
 from service.store.fair_queueing import schedule, take_due
 from service.store.tables import (
@@ -35,11 +35,8 @@ from service.store.tables import (
 )
 
 
-class Leases:
+class Leases(Repository):
     """The queue as the dispatcher works through it."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def take(
         self, limit: int, term: int, *, publications_only: bool = False, backed_off: Collection[str] = ()

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from service.files.lost_results import Loss, TooManyLost, first_runs
 from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
 from service.store import fair_queueing, transitions
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_attempts, log_event
 from service.store.leases import count_attempt
 from service.store.tables import (
@@ -45,11 +45,8 @@ MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; M
 SweepIds = Sequence[str] | sa.Select[str]  # themselves, or a query of them
 
 
-class Publications:
+class Publications(Repository):
     """What a publication needs, what it has published, and the results that it found lost."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def inputs(self, sweep_id: str) -> "tuple[Mapping[str, JsonValue], tuple[PublishedRun, ...]]":
         """The document of a sweep, and how each of its points ended; raises NotFound."""

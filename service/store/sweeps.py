@@ -29,7 +29,7 @@ from service.records.jobs import (
 )
 from service.records.logbook import PAGE, Column, Logbook, LogbookEntry, Wanted
 from service.store import fair_queueing, transitions
-from service.store.connection import Database
+from service.store.connection import Database, Repository
 from service.store.events import log_event
 from service.store.runs import RUN_COLUMNS, run_record
 from service.store.submission import accept, accepted_before, add_points, check_quota
@@ -113,11 +113,11 @@ FILE_NAMES = (
 SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
 
 
-class Sweeps:
-    """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
+class Sweeps(Repository):
+    """What people do with sweeps, and how they stand."""
 
     def __init__(self, database: Database):
-        self._database = database
+        super().__init__(database)
         self._tallies = Tallies()
 
     # --- commands --------------------------------------------------------------------------------
