@@ -225,7 +225,7 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     difference: str,
 ) -> None:
     def workers() -> dict[str, str]:
-        return dict(probe(settings_of(cluster, tmp_path)).workers)
+        return dict(probe(settings_of(cluster, tmp_path)))
 
     (tmp_path / "older.py").write_text(OLDER)
     before = workers()
