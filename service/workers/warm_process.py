@@ -268,8 +268,7 @@ class _Listener(threading.Thread):
 
 def die_with_parent() -> None:
     """Let Linux kill this process with its parent, even if compiled code blocks every thread."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _take_pipes() -> tuple[int, Send]:
