@@ -24,7 +24,6 @@ from service.store.submission import BATCH
 from service.store.tables import JOBS, KEYS, now
 from service.store.time_left import tallies_of
 from tests.service.support.api import ADDRESS, FakeDispatcher
-from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
@@ -54,27 +53,9 @@ class Filled:
 
 
 @pytest.fixture(scope="module")
-def sqlite_file(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder: Path = tmp_path_factory.mktemp("large")
-    return f"sqlite:///{folder / 'whipple.db'}"
-
-
-@pytest.fixture(scope="module")
-def postgresql_database(postgresql: Postgresql) -> Iterator[str]:
-    with postgresql.database() as url:
-        yield url
-
-
-@pytest.fixture(scope="module", params=["sqlite_file", "postgresql_database"])
-def filled(request: pytest.FixtureRequest) -> Iterator[Filled]:
-    with filling(request.getfixturevalue(request.param)) as store:
-        yield store
-
-
-@contextmanager
-def filling(url: str) -> Iterator[Filled]:
+def filled(module_url: str) -> Iterator[Filled]:
     """A store in which much has happened: no sweep has most of the rows, and few runs are under way."""
-    with closing(Store.open(url)) as store:
+    with closing(Store.open(module_url)) as store:
         cancelled = _cancelled(store)
         with statements(store) as few:
             small = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10 * LARGE))))

@@ -40,14 +40,14 @@ def result(*others: Stored, succeeded: bool = True) -> Result:
     return Result(files, succeeded, reason, failure, {"numbers": {"steps": 7.0}}, 2.0)
 
 
-def finish_all(store: Store, *, succeeded: bool = True, term: int = TERM) -> None:
-    """Compute everything that is queued, publications included."""
+def finish_all(store: Store, *files: Stored, succeeded: bool = True, term: int = TERM) -> None:
+    """Compute everything that is queued, publications included; runs leave these files beside their results."""
     while leases := store.leases.take(100, term):
         for lease in leases:
             if lease.kind is Kind.PUBLISH:
                 assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
             else:
-                assert store.leases.finish(lease, result(succeeded=succeeded))
+                assert store.leases.finish(lease, result(*files, succeeded=succeeded))
 
 
 def lease_runs(store: Store, count: int) -> list[Lease]:
