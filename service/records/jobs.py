@@ -21,7 +21,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypedDict, TypeVar
 
 from solver.errors import WhippleError
@@ -321,29 +320,13 @@ class GridCell:
     uncertainty: float | None
 
 
-@dataclass(frozen=True)
-class PublishedRun:
-    """A run as a publication needs it."""
-
-    run_id: str
-    state: State
-    reason: str | None
-    path: str | None  # result.json, if there is a result (a verdict has one too)
-    sha256: str | None
-
-    def as_json(self, root: Path) -> "Outcome":
-        """The record for a child process; the path is absolute, and None while the run is queued again."""
-        path = str(root / self.path) if self.path and self.state in (State.SUCCEEDED, State.FAILED) else None
-        return {"run_id": self.run_id, "state": self.state, "reason": self.reason, "path": path, "sha256": self.sha256}
-
-
 class Outcome(TypedDict):
     """A run of a sweep as a process gets it that makes files of it."""
 
     run_id: str
     state: str
     reason: str | None
-    path: str | None  # absolute, of its result; None: there is none
+    path: str | None  # absolute, of its result (a verdict has one too); None: there is none, or it is queued again
     sha256: str | None
 
 

@@ -65,11 +65,8 @@ class Keys(Repository):
         digest, moment = _digest(secret), now()
         query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment) != ended)
         rows = self._database.rows(query)
-        matching = [_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
-        if not matching:
-            return None
-        [key] = matching
-        if not ended and (key.used is None or abs(moment - key.used) > USED_EVERY):
+        key = next((_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)), None)
+        if key is not None and not ended and (key.used is None or abs(moment - key.used) > USED_EVERY):
             self._note_use(key.id, moment)
         return key
 

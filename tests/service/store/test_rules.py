@@ -201,17 +201,17 @@ class Rules(RuleBasedStateMachine):
         if lease.kind is not Kind.PUBLISH or lease.sweep_id in self.deleted:
             return
         assert lease.sweep_id is not None
-        _, outcomes = self.store.publications.inputs(lease.sweep_id)
-        found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
-        losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
+        _, outcomes = self.store.publications.inputs(lease.sweep_id, self.folder)
+        found = {each["run_id"]: each["sha256"] for each in outcomes if each["sha256"] is not None}
+        losses = [Loss(id, "", sha256) for id, sha256 in found.items()][:number]
         if not losses:
             return
         counts = self.counts(lease)
         self.store.queue.allow_forgetting(len(losses))
         assert self.store.publications.lose_results(lease, losses, most=MOST_LOST_RESULTS) == counts
         if counts:
-            _, outcomes = self.store.publications.inputs(lease.sweep_id)
-            self.known -= {one.run_id for one in outcomes if one.path is None}
+            _, outcomes = self.store.publications.inputs(lease.sweep_id, self.folder)
+            self.known -= {each["run_id"] for each in outcomes if each["sha256"] is None}
             self.drop_outdated()
 
     @rule(lease=leases, step=st.integers(1, 300))
