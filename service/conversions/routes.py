@@ -83,13 +83,12 @@ async def _made(request: Request, sweep: SweepStatus, kind: str) -> MadeFile:
     conversions: Conversions = request.app.state.conversions
 
     def gather() -> FileInputs:
-        document, outcomes = store.publications.inputs(sweep.id)
-        results = sum(outcome.path is not None for outcome in outcomes)
+        document, outcomes = store.publications.inputs(sweep.id, artifacts.root)
+        results = sum(outcome["path"] is not None for outcome in outcomes)
         if not results:
             raise NotReady(f"the sweep is {progress_of(sweep)}, and none of its runs has a result yet")
-        runs = [outcome.as_json(artifacts.root) for outcome in outcomes]
         state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-        return {"document": document, "outcomes": runs, "state": state}
+        return {"document": document, "outcomes": outcomes, "state": state}
 
     if artifacts.bucket is not None:
         archived = await run_in_threadpool(store.publications.archived, sweep.id)

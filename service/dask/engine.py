@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Self, TypeVar
 
 from service.dask import worker
-from service.execution.protocol import Cluster, OpenEngine
+from service.execution.protocol import OpenEngine
 from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
 from service.workers.timings import DEFAULT, Timings
@@ -151,16 +151,13 @@ class DaskEngine:
 
     @classmethod
     def opener(cls, settings: Settings) -> OpenEngine:
-        """The function that opens the engine on the scheduler of the settings."""
         return partial(cls, Remote.of(settings))
 
     @classmethod
-    def probe(cls, settings: Settings) -> Cluster:
-        """Ask the scheduler of the settings for its workers; raises OSError."""
-        remote = Remote.of(settings)
-        client = remote.connect()
+    def probe(cls, settings: Settings) -> Mapping[str, str]:
+        client = Remote.of(settings).connect()
         try:
-            return Cluster(remote.address, client.workers())
+            return client.workers()
         finally:
             client.hang_up()
 

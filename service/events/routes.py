@@ -1,7 +1,6 @@
 """Events as they happen (server-sent events), and past events as pages."""
 
-from collections.abc import AsyncIterable, AsyncIterator, Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import AsyncIterable, AsyncIterator, Mapping
 from functools import partial
 from typing import Annotated
 
@@ -12,7 +11,7 @@ from service.api.access import Credentials, authenticate
 from service.api.dependencies import AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.routes import Routes
 from service.api.schemas import EventModel, PageOf, RunModel, SweepModel
-from service.events.streams import EventStreams, EventSubject, stream
+from service.events.streams import EventStreams, EventSubject, Stream, stream
 from service.records.jobs import TERMINAL, Event, NotFound
 from studies.quantities.findings import Finding, InvalidInput, shown
 
@@ -57,23 +56,11 @@ def _number(text: str) -> int:
     return int(text)
 
 
-@dataclass(frozen=True)
-class OpenStream:
-    """A stream that was opened."""
-
-    streams: EventStreams
-    check: Callable[[], object]  # raises Unauthorized once its key or its log-in has ended
-
-    def messages(self, subject: EventSubject, after: int) -> AsyncIterator[ServerSentEvent]:
-        """What happens to a subject after an event."""
-        return stream(subject, self.streams, after, self.check)
-
-
-async def _opened(request: Request, credentials: Credentials) -> AsyncIterator[OpenStream]:
-    """A stream for the duration of the response."""
+async def _opened(request: Request, credentials: Credentials) -> AsyncIterator[Stream]:
+    """What happens to a subject after an event, for the duration of the response, as long as its key is valid."""
     streams: EventStreams = request.app.state.event_streams
     with streams.listening(request.state.caller.name):
-        yield OpenStream(streams, partial(authenticate, request, credentials))
+        yield partial(stream, streams=streams, check=partial(authenticate, request, credentials))
 
 
 def _sweep(id: SweepId, store: AppStore) -> EventSubject:
@@ -119,7 +106,7 @@ def _queue(store: AppStore) -> EventSubject:
 
 
 LastEvent = Annotated[int | None, Depends(_last_event)]
-Opened = Annotated[OpenStream, Depends(_opened)]
+Opened = Annotated[Stream, Depends(_opened)]
 
 
 def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
@@ -135,7 +122,7 @@ def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
 async def follow_sweep(
     subject: Annotated[EventSubject, Depends(_sweep)], last_event: LastEvent, opened: Opened
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in opened.messages(subject, last_event or 0):
+    async for message in opened(subject, after=last_event or 0):
         yield message
 
 
@@ -148,7 +135,7 @@ async def follow_sweep(
 async def follow_run(
     subject: Annotated[EventSubject, Depends(_run)], last_event: LastEvent, opened: Opened
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in opened.messages(subject, last_event or 0):
+    async for message in opened(subject, after=last_event or 0):
         yield message
 
 
@@ -164,7 +151,7 @@ async def follow_queue(
     last_event: Annotated[int, Depends(_last_event_or_newest)],
     opened: Opened,
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in opened.messages(subject, last_event):
+    async for message in opened(subject, after=last_event):
         yield message
 
 

@@ -108,8 +108,11 @@ class EventSubject:
     final: Callable[[], SweepModel | RunModel | Mapping[str, str] | None]
 
 
+Stream = Callable[..., AsyncIterator[ServerSentEvent]]  # ``stream`` of a subject after an event, of open streams
+
+
 async def stream(
-    subject: EventSubject, streams: EventStreams, after: int, check: Callable[[], object] = lambda: None
+    subject: EventSubject, *, after: int, streams: EventStreams, check: Callable[[], object]
 ) -> AsyncIterator[ServerSentEvent]:
     """All events of a subject after a number, then new ones as they happen, until it ends.
 

@@ -5,10 +5,11 @@ Engines on other machines are features. To add one: a class like ``protocol.Remo
 ``tests/contracts/test_engine.py`` runs over all. The command line opens an engine.
 """
 
+from collections.abc import Mapping
 from functools import partial
 
 from service.execution.local import LocalEngine
-from service.execution.protocol import Cluster, OpenEngine, RemoteEngine
+from service.execution.protocol import OpenEngine, RemoteEngine
 from service.settings import Settings
 from service.workers.warm import WarmProcess
 from solver.registry import points
@@ -26,8 +27,8 @@ def engine_of(settings: Settings, ready: list[WarmProcess] | None = None) -> Ope
     return _remote(settings.engine).opener(settings)
 
 
-def probe(settings: Settings) -> Cluster:
-    """Ask the scheduler of the settings for its workers; raises OSError, MissingExtra."""
+def probe(settings: Settings) -> Mapping[str, str]:
+    """``RemoteEngine.probe`` of the engine of the settings; raises OSError, MissingExtra."""
     assert settings.engine is not None
     return _remote(settings.engine).probe(settings)
 

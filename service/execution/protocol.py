@@ -1,7 +1,6 @@
 """The protocol of an engine, which the dispatcher calls."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Protocol
 
 from service.settings import Settings
@@ -45,14 +44,6 @@ class Engine(Protocol):
 OpenEngine = Callable[[Inbox], Engine]
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """A scheduler and its workers."""
-
-    address: str
-    workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
-
-
 class RemoteEngine(Engine, Protocol):
     """An engine on other machines, for the addresses of a scheme; a class makes and asks for it."""
 
@@ -61,5 +52,5 @@ class RemoteEngine(Engine, Protocol):
         """The function that opens the engine of the settings."""
 
     @classmethod
-    def probe(cls, settings: Settings) -> Cluster:
-        """Ask the scheduler of the settings for its workers; raises OSError."""
+    def probe(cls, settings: Settings) -> Mapping[str, str]:
+        """The reason why each worker receives no work, by address; empty if it receives work. Raises OSError."""

@@ -210,7 +210,7 @@ def digest(path: Path) -> str:
 def chunks(path: Path, *, from_disk: bool = False) -> Iterator[bytes]:
     """The bytes of a file in pieces; ``from_disk``: not those that the system has in memory."""
     with path.open("rb") as file:
-        if from_disk and hasattr(os, "posix_fadvise"):
+        if from_disk:
             os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
         while chunk := file.read(_CHUNK):
             yield chunk

@@ -27,9 +27,9 @@ PART = f".{DATABASE}.part"
 FILES_ON_A_PAGE = 1000
 
 
-def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
-    """Every registered file of the jobs from ``id`` on, in their order, page by page."""
-    after = (id, "")
+def files_of(store: Store) -> Iterator[tuple[str, Stored]]:
+    """Every registered file with its job, page by page."""
+    after = ("", "")
     while page := store.retention.files(after=after, limit=FILES_ON_A_PAGE):
         yield from page
         last, file = page[-1]
@@ -70,12 +70,12 @@ def back_up(settings: Settings, out: Path, store: Store) -> Backup:
 
 def _copy_files(source: Artifacts, store: Store, target: Artifacts, copy: Store) -> Backup:
     done = Backup(target.root)
-    for job_id, file in files_from(copy, ""):
+    for job_id, file in files_of(copy):
         if target.is_intact(file):
             done = replace(done, present=done.present + 1)
         elif _copy(source, file, target):
             done = replace(done, copied=done.copied + 1, size=done.size + file.size)
-        elif file in _files_of(store, job_id):
+        elif (job_id, file) in store.retention.files_between(job_id, job_id):
             done = replace(done, lost=(*done.lost, file.path))
         else:
             copy.retention.forget_files(job_id, [file.name])
@@ -97,14 +97,6 @@ def _copy(source: Artifacts, file: Stored, target: Artifacts) -> bool:
         write_atomically(path, fill)
         return True
     return False
-
-
-def _files_of(store: Store, job_id: str) -> Iterator[Stored]:
-    """The files of a job in the rows of the service."""
-    for id, file in files_from(store, job_id):
-        if id != job_id:
-            return
-        yield file
 
 
 def _remove(database: Path, *, logs_only: bool = False) -> None:

@@ -123,19 +123,19 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         return
 
     try:
-        cluster = execution.probe(settings)
+        workers = execution.probe(settings)
     except OSError as error:
         cure = "start the scheduler, open its port, and give both sides the same certificate authority"
         detail = f"{settings.engine} does not respond: {error}"
         yield Check("workers", CheckStatus.ERROR, detail, cure)
         return
-    refused = [f"{address} ({reason})" for address, reason in cluster.workers.items() if reason]
-    detail = f"{settings.engine} with {len(cluster.workers)} workers"
+    refused = [f"{address} ({reason})" for address, reason in workers.items() if reason]
+    detail = f"{settings.engine} with {len(workers)} workers"
     status, cure = CheckStatus.OK, ""
-    if not cluster.workers:
+    if not workers:
         status, cure = CheckStatus.WARNING, "start workers"
     elif refused:
         detail += f", {len(refused)} of the workers receive no work: {', '.join(refused)}"
         cure = "start them as docs/cluster.md has it, with the same versions everywhere"
-        status = CheckStatus.WARNING if len(refused) < len(cluster.workers) else CheckStatus.ERROR
+        status = CheckStatus.WARNING if len(refused) < len(workers) else CheckStatus.ERROR
     yield Check("workers", status, detail, cure)

@@ -333,11 +333,8 @@ class Leader:
     def _publication(self, lease: Lease) -> Publication:
         """The sweep document and the outcomes of its runs, from which cube and report are made."""
         assert lease.sweep_id is not None
-        document, runs = self._store.publications.inputs(lease.sweep_id)
-        publication: Publication = {
-            "document": document,
-            "outcomes": [run.as_json(self._artifacts.root) for run in runs],
-        }
+        document, outcomes = self._store.publications.inputs(lease.sweep_id, self._artifacts.root)
+        publication: Publication = {"document": document, "outcomes": outcomes}
         renewals = self._store.renewals
         if renewals.physics_of(lease.sweep_id) != PHYSICS_VERSION:  # this version gives its runs other ids
             publication["places"] = renewals.coordinates(lease.sweep_id)

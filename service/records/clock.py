@@ -12,10 +12,8 @@ machine has run for ``SETTLING``, in which time servers can correct it.
 """
 
 import time
-import uuid
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -125,17 +123,7 @@ class ClockHistory:
 
 def read_clocks() -> ClockReading:
     """Both clocks, now."""
-    running = time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic()
-    return ClockReading(time.time(), running, _boot())
-
-
-@cache
-def _boot() -> str:
-    """The identity of this run of the machine; where it is unknown, of this process."""
-    try:
-        return BOOT_ID.read_text().strip()
-    except OSError:
-        return uuid.uuid4().hex
+    return ClockReading(time.time(), time.clock_gettime(time.CLOCK_BOOTTIME), BOOT_ID.read_text().strip())
 
 
 def _span(seconds: float) -> str:

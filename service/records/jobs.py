@@ -1,4 +1,4 @@
-"""States, allowed moves and records of the queue: pure, no database, no engine.
+"""States and records of the queue: pure, no database, no engine.
 
 A *job* is one row of the queue: a ``run`` (one simulation) or a ``publish`` (cube and report of one
 sweep). The row is the truth; the process that computes it may die at any moment.
@@ -21,7 +21,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypedDict, TypeVar
 
 from solver.errors import WhippleError
@@ -114,24 +113,6 @@ ACTIVE = frozenset(State) - TERMINAL
 UNSUCCESSFUL = tuple(state for state in State if state is not State.SUCCEEDED)  # which the queue counts
 RUN_STATES = tuple(state for state in State if state is not State.WAITING)
 SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
-
-# What may follow what; ``service.store.transitions`` has the moves.
-MOVES: Mapping[State, frozenset[State]] = {
-    State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
-    # To all but itself and ``cancelling``: what has a result already goes back to it.
-    State.QUEUED: frozenset(State) - {State.QUEUED, State.CANCELLING},
-    State.RUNNING: frozenset({State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}),
-    State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
-    # A retry, or a new sweep that asks for a run which an accident ended, or for more of its files.
-    State.SUCCEEDED: frozenset({State.QUEUED, State.WAITING}),
-    State.FAILED: frozenset({State.QUEUED, State.WAITING}),
-    State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
-}
-
-
-def before(state: State) -> frozenset[State]:
-    """States from which a job may move to ``state``."""
-    return frozenset(origin for origin, targets in MOVES.items() if state in targets)
 
 
 def at_least(keep: Keep) -> frozenset[Keep]:
@@ -339,29 +320,13 @@ class GridCell:
     uncertainty: float | None
 
 
-@dataclass(frozen=True)
-class PublishedRun:
-    """A run as a publication needs it."""
-
-    run_id: str
-    state: State
-    reason: str | None
-    path: str | None  # result.json, if there is a result (a verdict has one too)
-    sha256: str | None
-
-    def as_json(self, root: Path) -> "Outcome":
-        """The record for a child process; the path is absolute, and None while the run is queued again."""
-        path = str(root / self.path) if self.path and self.state in (State.SUCCEEDED, State.FAILED) else None
-        return {"run_id": self.run_id, "state": self.state, "reason": self.reason, "path": path, "sha256": self.sha256}
-
-
 class Outcome(TypedDict):
     """A run of a sweep as a process gets it that makes files of it."""
 
     run_id: str
     state: str
     reason: str | None
-    path: str | None  # absolute, of its result; None: there is none
+    path: str | None  # absolute, of its result (a verdict has one too); None: there is none, or it is queued again
     sha256: str | None
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from service.records.jobs import AuditEntry, Event, Lease
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.tables import AUDIT, EVENTS, runs_of
 
 if TYPE_CHECKING:
@@ -17,11 +17,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 
-class Events:
+class Events(Repository):
     """Pages of events, oldest first."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def of_sweep(self, sweep_id: str, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
         """Events of a sweep and its runs since it was accepted."""
@@ -45,11 +42,8 @@ class Events:
         return tuple(Event(*row) for row in self._database.rows(query))
 
 
-class AuditTrail:
+class AuditTrail(Repository):
     """Orders and refused keys: who gave them, from where, and what came of them. Rows are added, never changed."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def record(self, entry: AuditEntry) -> None:
         """Add an entry; one that the database cannot take is in the log alone: its order is carried out already."""

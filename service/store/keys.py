@@ -15,7 +15,7 @@ from threading import Lock, Thread
 import sqlalchemy as sa
 
 from service.records.jobs import Conflict, KeyRow, Scope, StoreUnavailable
-from service.store.connection import Database
+from service.store.connection import Database, Repository
 from service.store.tables import KEYS, SESSIONS, StatementRow, now
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
@@ -25,11 +25,11 @@ USED_EVERY = timedelta(minutes=1)  # interval between two notes of the use of a 
 SESSION = timedelta(hours=12)  # a working day, after which a browser logs in again
 
 
-class Keys:
+class Keys(Repository):
     """Keys that requests need elsewhere than on the loopback."""
 
     def __init__(self, database: Database):
-        self._database = database
+        super().__init__(database)
         self._noting = Lock()  # held while a use is noted
 
     def issue(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
@@ -65,11 +65,8 @@ class Keys:
         digest, moment = _digest(secret), now()
         query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment) != ended)
         rows = self._database.rows(query)
-        matching = [_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
-        if not matching:
-            return None
-        [key] = matching
-        if not ended and (key.used is None or abs(moment - key.used) > USED_EVERY):
+        key = next((_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)), None)
+        if key is not None and not ended and (key.used is None or abs(moment - key.used) > USED_EVERY):
             self._note_use(key.id, moment)
         return key
 

@@ -12,7 +12,7 @@ import threading
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
-from service.store.connection import Database, limits_of_postgresql
+from service.store.connection import Database, Repository, limits_of_postgresql
 from service.store.tables import TERMS, now
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
@@ -54,11 +54,8 @@ class Leadership:
             pass
 
 
-class Terms:
+class Terms(Repository):
     """Terms of leadership: a lease carries the number of the one that it was given in."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def lead(self, owner: str) -> Leadership | None:
         """Become the service that works through the queue; None: another one is. Raises StoreUnavailable."""

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import RUN_SECONDS, AttemptProgress, Cause, CrashCount, Keep, Lease, Result, State, Stored
 from service.store import transitions
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_attempts
 from service.store.fair_queueing import schedule, take_due
 from service.store.tables import (
@@ -27,7 +27,6 @@ from service.store.tables import (
     PUBLISH_PRIORITY,
     RESULTS,
     TERMS,
-    StatementRow,
     count_bytes,
     insert_into,
     now,
@@ -35,11 +34,8 @@ from service.store.tables import (
 )
 
 
-class Leases:
+class Leases(Repository):
     """The queue as the dispatcher works through it."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def take(
         self, limit: int, term: int, *, publications_only: bool = False, backed_off: Collection[str] = ()
@@ -112,7 +108,9 @@ class Leases:
                     schedule(connection, id)  # its other runs may be under way
             transitions.release_publications(connection, moment, _is_of(lease))
             log_attempts(connection, moment, state, lease, **verdict, **reason)
-            count_result(connection, run, result.seconds, succeeded=result.succeeded)
+            key = {"scenario": run.scenario, "succeeded": result.succeeded}
+            key["bucket"] = bisect_left(RUN_SECONDS, result.seconds)
+            _add(connection, RESULTS, key, {"attempts": 1, "seconds": result.seconds, "cost": run.cost})
             if not result.succeeded:
                 count_attempt(connection, Cause.VERDICT)
         return True
@@ -186,12 +184,6 @@ def _standing(term: int) -> sa.Select[datetime | None, bool]:
     """Whether the queue is paused, and whether a later term has ended this one."""
     later = sa.exists().where(TERMS.c.term > term)
     return sa.select(CONTROL.c.paused, later.label("has_ended"))
-
-
-def count_result(connection: sa.Connection, run: StatementRow, seconds: float, *, succeeded: bool) -> None:
-    """Count an attempt that ended with a result, of a run of this scenario and estimated cost."""
-    key = {"scenario": run.scenario, "succeeded": succeeded, "bucket": bisect_left(RUN_SECONDS, seconds)}
-    _add(connection, RESULTS, key, {"attempts": 1, "seconds": seconds, "cost": run.cost})
 
 
 def count_attempt(connection: sa.Connection, cause: Cause) -> None:

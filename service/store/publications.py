@@ -6,14 +6,15 @@ many lost results at once are a sign that part of the disk is not mounted.
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
 from service.files.lost_results import Loss, TooManyLost, first_runs
-from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
+from service.records.jobs import TERMINAL, Cause, Kind, Lease, Outcome, State, Stored
 from service.store import fair_queueing, transitions
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_attempts, log_event
 from service.store.leases import count_attempt
 from service.store.tables import (
@@ -25,6 +26,7 @@ from service.store.tables import (
     POINT_STATE,
     POINTS,
     SWEEPS,
+    StatementRow,
     batches,
     count,
     invalidate_tallies,
@@ -45,14 +47,11 @@ MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; M
 SweepIds = Sequence[str] | sa.Select[str]  # themselves, or a query of them
 
 
-class Publications:
+class Publications(Repository):
     """What a publication needs, what it has published, and the results that it found lost."""
 
-    def __init__(self, database: Database):
-        self._database = database
-
-    def inputs(self, sweep_id: str) -> "tuple[Mapping[str, JsonValue], tuple[PublishedRun, ...]]":
-        """The document of a sweep, and how each of its points ended; raises NotFound."""
+    def inputs(self, sweep_id: str, root: Path) -> "tuple[Mapping[str, JsonValue], list[Outcome]]":
+        """The document of a sweep, and how each of its points ended, with files below ``root``; raises NotFound."""
         document = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == sweep_id)
         outcomes = (
             sa.select(POINTS.c.run_id, POINT_STATE.label("state"))
@@ -63,8 +62,8 @@ class Publications:
         )
         with self._database.reading() as connection:
             inputs = one_row(connection, document, "sweep", sweep_id).document
-            rows = connection.execute(outcomes)
-            return inputs, tuple(PublishedRun(**row._mapping) for row in rows)
+            rows = connection.execute(outcomes).all()
+        return inputs, [_outcome(row, root) for row in rows]
 
     def files(self, sweep_id: str) -> tuple[Stored, ...]:
         """The published files of a sweep; none before its publication."""
@@ -124,6 +123,11 @@ class Publications:
                 _check_limits(connection, moment, losses)
                 log_event(connection, moment, LOST, job_id=job.id, reason=f"{damaged.name} was lost or damaged")
         return True
+
+
+def _outcome(row: StatementRow, root: Path) -> Outcome:
+    path = str(root / row.path) if row.path and row.state in (State.SUCCEEDED, State.FAILED) else None
+    return {"run_id": row.run_id, "state": row.state, "reason": row.reason, "path": path, "sha256": row.sha256}
 
 
 def _forget_results(connection: sa.Connection, moment: datetime, losses: Sequence[Loss], most: int) -> None:

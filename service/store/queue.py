@@ -7,18 +7,15 @@ import sqlalchemy as sa
 
 from service.records.jobs import UNSUCCESSFUL, Cause, Kind, QueueHead, QueueRow, RunTally, State
 from service.store import leadership
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_event
 from service.store.tables import CAUSES, CONTROL, IS_ACTIVE, IS_QUEUED, JOBS, RESULTS, TERMS, literal, now
 
 _IS_RUN = JOBS.c.kind == literal(Kind.RUN)
 
 
-class Queue:
-    """Each query is one read transaction, of a few statements whatever the size; each command is one transaction."""
-
-    def __init__(self, database: Database):
-        self._database = database
+class Queue(Repository):
+    """The state of the queue, and the commands that pause it or note why it stands."""
 
     def pause(self) -> QueueRow:
         """Begin no more runs; those under way go on, and finished sweeps are published."""

@@ -14,7 +14,7 @@ import sqlalchemy as sa
 from service.records.expansion import ExpandedSweep
 from service.records.jobs import State
 from service.store import transitions
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_event
 from service.store.submission import add_points, insert_publication
 from service.store.tables import (
@@ -51,11 +51,8 @@ def _is_outdated(physics: int) -> sa.ColumnElement[bool]:
     return SWEEPS.c.cancelled.is_(None) & (waits | has_refused)
 
 
-class Renewals:
+class Renewals(Repository):
     """What the leader does with sweeps of an older physics."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def outdated(self, physics: int) -> tuple[str, ...]:
         """The unfinished sweeps whose runs are of an older physics than this one, in the order of acceptance."""

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from service.records.clock import ClockHistory, read_clocks
 from service.records.jobs import KEPT_BY, TERMINAL, ExpiredSweep, Keep, Kind, LastAttempt, Scrub, Stored, at_least
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_event
 from service.store.tables import (
     ARTIFACTS,
@@ -31,11 +31,8 @@ AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
-class Retention:
+class Retention(Repository):
     """Files that no sweep keeps, runs that no sweep has, and what the store knows of folders on the disk."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
     def discardable(self, limit: int, shard: str) -> tuple[tuple[str, Stored], ...]:
         """Registered files that no sweep keeps, each with its run; ``drop`` removes them from the rows.

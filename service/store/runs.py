@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from service.records.jobs import Kind, MeasuredRun, NotFound, RunPlace, RunRow, Stored, Summary
-from service.store.connection import Database
+from service.store.connection import Repository
 from service.store.events import log_event
 from service.store.tables import (
     ARTIFACTS,
@@ -35,11 +35,8 @@ if TYPE_CHECKING:
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
 
-class Runs:
-    """Each query is one read transaction, of a few statements whatever the size."""
-
-    def __init__(self, database: Database):
-        self._database = database
+class Runs(Repository):
+    """What is known of each run."""
 
     def get(self, id: str) -> RunRow:
         """One run; raises NotFound."""

@@ -29,7 +29,7 @@ from service.records.jobs import (
 )
 from service.records.logbook import PAGE, Column, Logbook, LogbookEntry, Wanted
 from service.store import fair_queueing, transitions
-from service.store.connection import Database
+from service.store.connection import Database, Repository
 from service.store.events import log_event
 from service.store.runs import RUN_COLUMNS, run_record
 from service.store.submission import accept, accepted_before, add_points, check_quota
@@ -113,11 +113,11 @@ FILE_NAMES = (
 SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
 
 
-class Sweeps:
-    """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
+class Sweeps(Repository):
+    """What people do with sweeps, and how they stand."""
 
     def __init__(self, database: Database):
-        self._database = database
+        super().__init__(database)
         self._tallies = Tallies()
 
     # --- commands --------------------------------------------------------------------------------
@@ -284,11 +284,15 @@ class Sweeps:
         self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = PAGE
     ) -> Page[SweepStatus]:
         """Sweeps whose ids begin so, the youngest first: two statements, whatever the number of runs."""
-        query = _youngest(SWEEP_ROWS, cursor, limit).where(begins(SWEEPS.c.id, prefix))
+        query = SWEEP_ROWS.where(begins(SWEEPS.c.id, prefix)).order_by(SWEEPS.c.number.desc()).limit(limit + 1)
+        if cursor is not None:
+            query = query.where(SWEEPS.c.number < number_of(cursor))
         if state is not None:
             query = query.where(SWEEP_STATE.in_([state]))
         with self._database.reading() as connection:
-            return self._page_of(connection, connection.execute(query).all(), limit)
+            rows = connection.execute(query).all()
+            items = self._statuses(connection, rows[:limit])
+        return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
 
     def logbook(self, wanted: Wanted) -> Logbook:
         """Sweeps with what a list shows of them, and the state of the queue: two statements."""
@@ -363,11 +367,6 @@ class Sweeps:
         )
         return tuple(GridCell(**row._mapping) for row in self._database.rows(query))
 
-    def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
-        """The first ``limit`` sweeps, and the cursor of the next page."""
-        items = self._statuses(connection, rows[:limit])
-        return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
-
     def _statuses(self, connection: sa.Connection, rows: Sequence[StatementRow]) -> tuple[SweepStatus, ...]:
         tallies = self._tallies.of(connection, rows)
         return tuple(_status(row, tallies[row.id]) for row in rows)
@@ -399,12 +398,6 @@ def _status(row: StatementRow, tally: Sequence[StatementRow]) -> SweepStatus:
 
 _COUNTED = frozenset({"reused", "counts", "lost_answers", "progress", "eta_seconds"})
 _STORED = frozenset(SweepStatus.__dataclass_fields__) - _COUNTED
-
-
-def _youngest(query: Query, cursor: str | None, limit: int) -> Query:
-    """The youngest sweeps behind a cursor, and one more to know whether there is another page."""
-    query = query.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
-    return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
 
 
 def _listed(wanted: Wanted) -> Query:

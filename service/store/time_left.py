@@ -67,7 +67,9 @@ def counts_of(tally: Sequence[StatementRow]) -> dict[str, int]:
 def progress_of(tally: Sequence[StatementRow]) -> float:
     """The computed part of the estimated cost, 0 to 1; cancelled points count as never computed."""
     total = sum(part.cost for part in tally)
-    return sum(map(_computed, tally)) / total if total else 1.0
+    counted = (part for part in tally if part.point_state is not State.CANCELLED)
+    computed = sum(part.done if part.point_state in ACTIVE else part.cost for part in counted)
+    return computed / total if total else 1.0
 
 
 def seconds_left(tally: Sequence[StatementRow]) -> float | None:
@@ -81,10 +83,3 @@ def seconds_left(tally: Sequence[StatementRow]) -> float | None:
     rate = sum(part.seconds or 0.0 for part in tally) / done
     side_by_side = sum(part.points for part in tally if part.point_state is State.RUNNING)
     return remaining * rate / max(1, side_by_side)
-
-
-def _computed(part: StatementRow) -> float:
-    """Computed cost of the points in a state; cancelled ones count nothing."""
-    if part.point_state is State.CANCELLED:
-        return 0.0
-    return part.done if part.point_state in ACTIVE else part.cost

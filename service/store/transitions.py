@@ -1,7 +1,7 @@
 """The moves of a job from state to state: a function each, within the transaction of its caller.
 
-``service.records.jobs`` has the table of what may follow what. A function moves those jobs only that are in a state
-which its first line names. A move of a leased job names job, attempt and term too, and has no effect unless they are
+``service.records.jobs`` draws what may follow what. A function moves those jobs only that are in a state which its
+first line names. A move of a leased job names job, attempt and term too, and has no effect unless they are
 the last ones of the job: an attempt that was given up cannot overwrite the work of its successor.
 
 A run that has a result may be computed again, for a file that was not kept or a verdict on request. Its result stays
@@ -27,7 +27,6 @@ from service.records.jobs import (
     Result,
     State,
     at_least,
-    before,
 )
 from service.store.events import log_event
 from service.store.fair_queueing import IS_WANTED, LAST, MOVED
@@ -105,9 +104,8 @@ def finish(connection: sa.Connection, lease: Lease, result: Result, moment: date
 
     Returns the scenario and the cost of the run.
     """
-    state = State.SUCCEEDED if result.succeeded else State.FAILED
     end = JOBS.update().values(
-        state=state,
+        state=State.SUCCEEDED if result.succeeded else State.FAILED,
         cause=None if result.succeeded else Cause.VERDICT,
         failure=result.failure,
         reason=result.reason,
@@ -119,7 +117,7 @@ def finish(connection: sa.Connection, lease: Lease, result: Result, moment: date
         fraction=1.0,
         checkpoint=None,
     )
-    return _end(connection, lease, moment, state, end)
+    return _end(connection, lease, moment, end)
 
 
 def fail(
@@ -132,7 +130,7 @@ def fail(
     """
     end = JOBS.update().values(_counted(crashes) | _unless_result(**why))
     end = end.values(state=sa.type_coerce(_given_up(State.FAILED), JOBS.c.state.type), keep=_retention_if(sa.true()))
-    return _end(connection, lease, moment, State.FAILED, end)
+    return _end(connection, lease, moment, end)
 
 
 def requeue(connection: sa.Connection, lease: Lease, moment: datetime, crashes: CrashCount | None) -> State | None:
@@ -174,10 +172,8 @@ def lease_record(row: StatementRow) -> Lease:
     return Lease(**{field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__})
 
 
-def _end(
-    connection: sa.Connection, lease: Lease, moment: datetime, state: State, end: sa.Update
-) -> StatementRow | None:
-    end = end.where(_IS_HELD, JOBS.c.state.in_(before(state))).values(finished=moment)
+def _end(connection: sa.Connection, lease: Lease, moment: datetime, end: sa.Update) -> StatementRow | None:
+    end = end.where(_IS_HELD).values(finished=moment)
     return connection.execute(end.returning(JOBS.c.path, JOBS.c.scenario, JOBS.c.cost), _held(lease)).first()
 
 
@@ -405,7 +401,7 @@ def outdate_publications(connection: sa.Connection, moment: datetime, which: sa.
 
 def publish_again(connection: sa.Connection, sweep_id: str) -> None:
     """Ended, queued or waiting to waiting: the publication of a sweep, as at the begin."""
-    is_idle = JOBS.c.state.in_(before(State.WAITING) | {State.WAITING})
+    is_idle = JOBS.c.state.not_in([State.RUNNING, State.CANCELLING])
     of_last_end = dict.fromkeys(("cause", "failure", "reason", "finished", "crash_step", "unfinished_point"), sa.null())
     wait = JOBS.update().where(JOBS.c.sweep_id == sweep_id, is_idle)
     connection.execute(wait.values(state=State.WAITING, crashes=0, **of_last_end))

@@ -105,20 +105,14 @@ class WarmProcess:
         return os.waitid(os.P_PID, self._process.pid, flags) is None
 
     def data(self) -> int:
-        """Bytes of data that it holds, as its limit counts them; 0 if the system does not tell."""
-        try:
-            pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[5]
-        except (OSError, IndexError):
-            return 0
+        """Bytes of data that it holds, as its limit counts them."""
+        pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[5]
         return int(pages) * os.sysconf("SC_PAGE_SIZE")
 
     def processor_seconds(self) -> float:
-        """Time of all of its threads on a processor; 0 if the system does not tell."""
-        try:
-            # The name of the program, in brackets, may hold spaces; proc(5): fields 14 and 15.
-            fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            return 0.0
+        """Time of all of its threads on a processor."""
+        # The name of the program, in brackets, may hold spaces; proc(5): fields 14 and 15.
+        fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self, kill_wait: float) -> int | None:

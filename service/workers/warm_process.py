@@ -1,8 +1,7 @@
 """The warm process of a slot: computes attempt after attempt, until its stdin ends.
 
-Imports are paid once. Each attempt gets its folder, where its log goes too, and its own memory limit; what it changes
-of the process is put back behind it. Stdin brings an ``Order`` a line, as JSON, and its end ends the process; stdout
-takes a ``Report`` a line.
+Imports are paid once. Each attempt gets its folder, where its log goes too, and its own memory limit. Stdin brings
+an ``Order`` a line, as JSON, and its end ends the process; stdout takes a ``Report`` a line.
 """
 
 import ctypes
@@ -78,7 +77,7 @@ def main() -> None:
 def _compute(attempt: Attempt, send: Send, must_stop: Callable[[], bool]) -> Report:
     """Compute an attempt; the message that ends it."""
     try:
-        with _restored_process(), _logged(Path(attempt.directory)), _memory_limit(attempt.memory_limit):
+        with warnings.catch_warnings(), _logged(Path(attempt.directory)), _memory_limit(attempt.memory_limit):
             perform(attempt, send, must_stop)
     except Interrupted:
         return {"left": True}
@@ -200,29 +199,11 @@ def _logged(directory: Path) -> Iterator[None]:
             traceback.print_exc()
         raise
     finally:
+        os.chdir(HOME)
         _flush()
         for place, before in enumerate(kept, start=1):
             os.dup2(before, place)
             os.close(before)
-
-
-@contextmanager
-def _restored_process() -> Iterator[None]:
-    """Put back what an attempt may change of its process."""
-    environment, path, printers = dict(os.environ), list(sys.path), (sys.stdout, sys.stderr)
-    mask = os.umask(0)
-    os.umask(mask)
-    try:
-        with warnings.catch_warnings():
-            yield
-    finally:
-        sys.stdout, sys.stderr = printers
-        os.umask(mask)
-        os.chdir(HOME)
-        sys.path[:] = path
-        if environment != dict(os.environ):
-            os.environ.clear()
-            os.environ.update(environment)
 
 
 @contextmanager
@@ -287,8 +268,7 @@ class _Listener(threading.Thread):
 
 def die_with_parent() -> None:
     """Let Linux kill this process with its parent, even if compiled code blocks every thread."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _take_pipes() -> tuple[int, Send]:

@@ -18,17 +18,7 @@ from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared
 from tests.claims.rows import Row, equal
-from tests.service.support.browser import (
-    BEYOND,
-    CUT,
-    PATIENCE,
-    SCHEMES,
-    WIDTHS,
-    Scheme,
-    chromium,
-    violations_of,
-    window,
-)
+from tests.service.support.browser import PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, faults_of, violations_of, window
 from tests.service.support.processes import ROOT
 from tests.service.support.serving import Service, http, serving
 
@@ -72,10 +62,8 @@ def looked_at(service: Service, browser: Browser, width: int, scheme: Scheme) ->
         for path in PAGES:
             page.goto(f"{service.url}{path}")
             where = f"{path}, {width} px, {scheme}"
-            yield equal(f"{where}: serious violations", expected=[], got=violations_of(page))
-            cut = [*page.evaluate(CUT), *page.evaluate(CUT_FORMULAS)]
-            yield equal(f"{where}: elements beyond the window", expected=[], got=cut)
-            yield equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND))
+            yield from faults_of(page, where)
+            yield equal(f"{where}: formulas beyond the window", expected=[], got=page.evaluate(CUT_FORMULAS))
     elsewhere = [url for url in requests if not url.startswith((service.url, "data:"))]
     yield equal(f"{width} px, {scheme}: messages", expected=[], got=messages)
     yield equal(f"{width} px, {scheme}: requests elsewhere", expected=[], got=elsewhere)

@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -67,49 +66,28 @@ def rows_of_others(name: str, probe: LivenessProbe) -> Iterator[Row]:
 # --- bodies -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class RequestCost:
-    """What was answered to a body."""
-
-    seconds: float  # of computing
-    status: int
-    bytes: int
-    findings: int  # that are told
-    more: int  # that are counted alone
-
-    def is_cheap(self) -> bool:
-        return (
-            self.status in REFUSALS
-            and self.seconds <= REFUSAL_SECONDS
-            and self.bytes <= MOST_BYTES
-            and self.findings + self.more <= MOST_FINDINGS
-        )
-
-    def __str__(self) -> str:
-        return f"{self.status} after {self.seconds:.2f} s ({self.bytes} B, {self.findings} + {self.more})"
-
-
 @pytest.mark.claim("api", "bad-bodies", minutes=3.0)
 def test_bad_body__is_refused_cheaply(service: Service, compared: Compared) -> None:
     """Bodies of up to 4 MB that are made to cost much are refused within a second, and others answered meanwhile."""
     limit = f"each refused in {REFUSAL_SECONDS:g} s of computing ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
     with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client, probing(service.port) as probe:
         for name, body in BODIES.items():
-            costs = list(_answers(client, body, service))
-            compared(Row(name, limit, ", ".join(map(str, costs)), all(cost.is_cheap() for cost in costs)))
+            costs = dict(_answers(client, body, service))
+            compared(Row(name, limit, ", ".join(costs), all(costs.values())))
     compared(*rows_of_others("bad bodies", probe))
 
 
-def _answers(client: httpx.Client, body: CostlyBody, service: Service) -> Iterator[RequestCost]:
-    """A body is sent wherever a document is taken."""
+def _answers(client: httpx.Client, body: CostlyBody, service: Service) -> Iterator[tuple[str, bool]]:
+    """What was answered to a body wherever a document is taken, and whether it was cheap."""
     content = body.make()
     for method, path in ROUTES:
         before = _computing_time(service)
         response = client.request(method, path, content=content, headers={"Content-Type": body.media_type})
-        seconds = _computing_time(service) - before
-        problem = response.json()
-        findings, more = len(problem.get("errors", ())), problem.get("more_errors", 0)
-        yield RequestCost(seconds, response.status_code, len(response.content), findings, more)
+        seconds, size, problem = _computing_time(service) - before, len(response.content), response.json()
+        findings = len(problem.get("errors", ())) + problem.get("more_errors", 0)  # that are told, or counted alone
+        said = f"{method} {path}: {response.status_code} after {seconds:.2f} s ({size} B, {findings})"
+        is_small = size <= MOST_BYTES and findings <= MOST_FINDINGS
+        yield said, response.status_code in REFUSALS and seconds <= REFUSAL_SECONDS and is_small
 
 
 def _computing_time(service: Service) -> float:

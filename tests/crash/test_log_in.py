@@ -12,7 +12,7 @@ from service.store import Store
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, open_api, served
-from tests.service.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
+from tests.service.support.browser import PATIENCE, WIDTHS, chromium, faults_of, window
 from tests.service.support.fakes import issue_key
 from tests.service.support.serving import http, serving
 
@@ -60,7 +60,7 @@ def test_browser__logs_in_cancels_and_logs_out(tmp_path: Path, compared: Compare
             with window(browser, width) as (page, messages, _):
                 where = f"{width} px"
                 page.goto(f"{service.url}/login")
-                compared(equal(f"{where}: serious violations of the log-in", expected=[], got=violations_of(page)))
+                compared(*faults_of(page, f"{where}: log-in"))
                 page.get_by_label("API key").fill(secret)
                 page.keyboard.press("Enter")
                 expect(page.get_by_role("heading", name="Sweeps")).to_be_visible(timeout=PATIENCE)
@@ -68,10 +68,9 @@ def test_browser__logs_in_cancels_and_logs_out(tmp_path: Path, compared: Compare
                 answer = http().post(f"{service.url}/v1/sweeps", json=sweep, headers=key, timeout=PATIENCE)
                 assert answer.status_code == 202, answer.text
                 page.get_by_role("link", name=sweep["name"]).click()  # the list shows it by itself
-                compared(equal(f"{where}: serious violations of a sweep", expected=[], got=violations_of(page)))
+                compared(*faults_of(page, f"{where}: sweep"))
                 page.get_by_role("button", name="Cancel").click()
                 expect(page.locator(".state")).to_have_text("cancelled", timeout=PATIENCE)
-                compared(equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND)))
                 page.get_by_role("button", name="Log out").click()
                 expect(page.get_by_label("API key")).to_be_visible(timeout=PATIENCE)
                 compared(equal(f"{where}: messages on the console", expected=[], got=messages))

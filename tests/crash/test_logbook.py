@@ -9,7 +9,7 @@ from service.records.jobs import Scope
 from tests.claims.marked import Compared
 from tests.claims.rows import equal
 from tests.service.support.api import SWEEP, open_api, served
-from tests.service.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, chromium, violations_of, window
+from tests.service.support.browser import PATIENCE, SCHEMES, WIDTHS, chromium, faults_of, window
 from tests.service.support.fakes import issue_key
 
 OTHER = {**SWEEP, "resolution": 12, "axes": {"speed": ["6 km/s", "7 km/s"]}}
@@ -39,7 +39,7 @@ def _compare_by_keys(page: Page, url: str, secret: str, where: str, compared: Co
     page.keyboard.insert_text(secret)
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Sweeps")).to_be_visible(timeout=PATIENCE)
-    _look(page, f"{where}: list", compared)
+    compared(*faults_of(page, f"{where}: list"))
     boxes = page.get_by_role("checkbox", name="Compare")
     for place in range(2):
         boxes.nth(place).focus()
@@ -47,12 +47,7 @@ def _compare_by_keys(page: Page, url: str, secret: str, where: str, compared: Co
     page.get_by_role("button", name="Compare two ticked sweeps").focus()
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="In what they differ")).to_be_visible(timeout=PATIENCE)
-    _look(page, f"{where}: comparison", compared)
+    compared(*faults_of(page, f"{where}: comparison"))
     kept = page.url
     page.goto(kept)
     expect(page.locator("img.chart")).to_have_count(1)
-
-
-def _look(page: Page, where: str, compared: Compared) -> None:
-    compared(equal(f"{where}: violations (axe)", expected=[], got=violations_of(page)))
-    compared(equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND)))

@@ -16,7 +16,7 @@ from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
 from tests.claims.marked import Compared, claimed
 from tests.claims.rows import Row, at_most
-from tests.service.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, look, opened, print_page, rows_of
+from tests.service.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, opened, print_page, rows_of
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 
@@ -85,7 +85,7 @@ PAGES = ("report.html", "appendix.html")
 @pytest.mark.parametrize("name", claimed(PAGES, PAGES[:1], "report", "quiet-pages"))
 def test_pages__are_quiet_whole_and_accessible(browser: Browser, report: Path, name: str, compared: Compared) -> None:
     """Report and appendix are quiet, whole and accessible on a narrow screen in the dark."""
-    compared(*rows_of(look(browser, report.with_name(name), min(WIDTHS), "dark"), f"{name}, narrow and dark"))
+    compared(*rows_of(browser, report.with_name(name), min(WIDTHS), "dark"))
 
 
 # Lower ends of what is seen first, px: headline, figure, and the first row that is not the name of a column.
@@ -173,10 +173,7 @@ def test_page__of_computed_runs(browser: Browser, compared: Compared) -> None:
     compared(at_most("size of the report (MB)", limit=3.0, got=report.stat().st_size / 1e6))
     for width in WIDTHS:
         for scheme in SCHEMES:
-            seen = look(browser, report, width, scheme, FOLDER / f"{width}-{scheme}.png")
-            for row in rows_of(seen, f"{width} px, {scheme}"):
-                compared(row)
-    for row in print_page(browser, report, FOLDER / "report.pdf"):
-        compared(row)
+            compared(*rows_of(browser, report, width, scheme, FOLDER / f"{width}-{scheme}.png"))
+    compared(*print_page(browser, report, FOLDER / "report.pdf"))
     compared(*counted(browser, report, "computed"))
     compared(Row("pictures of the page", "", str(FOLDER), None))

@@ -23,11 +23,11 @@ from tests.claims.marked import Compared, in_full
 from tests.claims.rows import Row, equal
 from tests.service.support import inspection
 from tests.service.support.altered_serve import BRIEF
-from tests.service.support.chained import FAILING
 from tests.service.support.crash_test import CrashTest, KillMoment, Work, crash_test, undisturbed
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
 from tests.service.support.processes import unmarked
+from tests.service.support.targets import FAILING
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.

@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from tests.claims.marked import Compared
 from tests.claims.rows import at_least, equal
 from tests.service.support.api import open_api, served
-from tests.service.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
+from tests.service.support.browser import PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, faults_of, window
 from tests.service.support.serving import Service, serving
 
 SWEEP = {
@@ -120,8 +120,7 @@ def _turn(page: Page, service: Service, where: str, compared: Compared) -> None:
 def _compare(page: Page, where: str, compared: Compared) -> None:
     """What no page may have, with all that is folded open."""
     page.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
-    compared(equal(f"{where}: serious violations (axe)", expected=[], got=violations_of(page)))
-    compared(equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND)))
+    compared(*faults_of(page, where))
 
 
 def _changes(view: Locator, act: Callable[[], object]) -> bool:

@@ -27,13 +27,6 @@ def refusals(**given: Any) -> dict[str, str]:
     return {str(one["loc"][0]): one["msg"] for one in refused.value.errors()}
 
 
-def test_sizes__are_read_with_their_units(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WHIPPLE_MEMORY_LIMIT", "4GiB")
-    monkeypatch.setenv("WHIPPLE_DISK_RESERVE", "500 MB")
-    settings = Settings()
-    assert (settings.memory_limit, settings.disk_reserve) == (4 * GIBIBYTE, 500_000_000)
-
-
 def test_memory__of_a_run_is_the_machines_divided_by_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_available_memory", lambda: 8 * GIBIBYTE)
     assert Settings(workers=4).memory_of_a_run == 2 * GIBIBYTE
@@ -95,22 +88,6 @@ def test_engine__needs_its_certificates(certificates: dict[str, Any]) -> None:
     del certificates["tls_key"]
     said = refusals(engine="tls://a:8786", **certificates)
     assert said == {"tls_key": "a PEM file, which the engine at tls://a:8786 requires"}
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("memory_limit", 0),
-        ("disk_reserve", -1),
-        ("leave_seconds", 8.5),  # a stop is over within ten
-        ("retire_seconds", 0),
-        ("workers", 0),
-        ("threads", 0),
-        ("threads", "0"),
-    ],
-)
-def test_numbers__out_of_range_are_refused(name: str, value: object) -> None:
-    assert [*refusals(**{name: value})] == [name]
 
 
 @pytest.mark.parametrize(("word", "of_a_run"), [(None, 4), ("auto", 4), ("3", 3)])

@@ -59,12 +59,12 @@ UNKEPT = (
 import os, signal
 from service.dask.engine import SchedulerConnection
 from service.workers.attempt import Attempt
-def die(connection, name, future):
+def die(*_, **__):
     directory = Path(job["attempts"][0]["directory"])
     while not (directory / "pid").exists():  # a worker computes it
         time.sleep(0.02)
     os.kill(os.getpid(), signal.SIGKILL)
-SchedulerConnection.keep = die
+SchedulerConnection.publish_dataset = die
 """
     + SERVICE
 )
@@ -225,7 +225,7 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     difference: str,
 ) -> None:
     def workers() -> dict[str, str]:
-        return dict(probe(settings_of(cluster, tmp_path)).workers)
+        return dict(probe(settings_of(cluster, tmp_path)))
 
     (tmp_path / "older.py").write_text(OLDER)
     before = workers()

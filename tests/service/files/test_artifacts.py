@@ -1,11 +1,10 @@
 """Where files live, their checksums, and that they reach the disk."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from service.files.artifacts import Artifacts, describe
+from service.files.artifacts import Artifacts
 from service.records.jobs import Stored
 from tests.service.support.rows import lease_of
 
@@ -13,13 +12,6 @@ from tests.service.support.rows import lease_of
 @pytest.fixture
 def artifacts(tmp_path: Path) -> Artifacts:
     return Artifacts(tmp_path)
-
-
-def registered(artifacts: Artifacts, text: str = "{}") -> Stored:
-    file = artifacts.root / "runs" / "result.json"
-    file.parent.mkdir(exist_ok=True)
-    file.write_text(text)
-    return replace(describe(file), path=artifacts.relative(file))
 
 
 @pytest.mark.parametrize("id", ["", "..", "../../etc", "AB" * 16, "ab" * 17, f"{'ab' * 16}\n"])
@@ -33,17 +25,6 @@ def test_path__never_leaves_the_data_directory(artifacts: Artifacts, path: str) 
     (artifacts.root / "out").symlink_to("/etc")
     with pytest.raises(ValueError, match="leaves"):
         artifacts.path(Stored("x", path, 0, ""))
-
-
-@pytest.mark.parametrize("damage", ["[]", "{} ", None])
-def test_intact__sees_other_bytes_other_sizes_and_absence(artifacts: Artifacts, damage: str | None) -> None:
-    file = registered(artifacts)
-    assert artifacts.is_intact(file)
-    if damage is None:
-        artifacts.path(file).unlink()
-    else:
-        artifacts.path(file).write_text(damage)
-    assert not artifacts.is_intact(file)
 
 
 def test_bring_to_disk__reaches_every_file_and_the_folders_above(

@@ -1,9 +1,8 @@
 """The lock of a data directory, and of a database with several names."""
 
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+import os
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -16,28 +15,6 @@ from service.store import Store
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import SWEEP
 
-ROOT = Path(__file__).parents[3]
-HOLD = (
-    "import sys; from pathlib import Path; from service.files.data_directory import holding; "
-    "from service.settings import Settings\n"
-    "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
-)
-
-
-@contextmanager
-def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
-    """A process that works in the folder."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(folder)], cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "held\n"
-        yield process
-    finally:
-        process.kill()
-        process.communicate()
-
 
 def run_sweep_in(settings: Settings) -> None:
     run_sweep(SWEEP, settings.data, settings=settings)
@@ -48,8 +25,8 @@ def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
     linked = Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'two/linked.db'}")
     linked.data.mkdir()
     (linked.data / "linked.db").symlink_to(tmp_path / "whipple.db")
-    with held_elsewhere(tmp_path) as process:
-        refusal = f"process {process.pid}; stop it, or choose another"
+    with holding(settings):
+        refusal = f"process {os.getpid()}; stop it, or choose another"
         for second in (settings, linked):
             with pytest.raises(DataInUse, match=refusal), holding(second):
                 pass  # never reached

@@ -11,7 +11,7 @@ import pytest
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.maintenance import backup as module
-from service.maintenance.backup import back_up, files_from
+from service.maintenance.backup import back_up
 from service.queue import data_identity as identity
 from service.records.jobs import Submission, SweepState
 from service.settings import Settings
@@ -62,7 +62,7 @@ def all_is_intact(settings: Settings) -> bool:
     with closing(open_store(settings)) as store:
         identity.check(settings, store)
         artifacts = Artifacts(settings.data)
-        return all(artifacts.is_intact(file) for _, file in files_from(store, ""))
+        return all(artifacts.is_intact(file) for _, file in store.retention.files())
 
 
 def test_restored__service_has_the_same_bits_and_goes_on(harness: Harness, tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import pytest
 from pydantic import ByteSize
 
 from service import execution
-from service.execution.protocol import Cluster
 from service.maintenance.doctor import CheckStatus, check_store, check_workers, examine
 from service.queue import data_identity as identity
 from service.records.jobs import Scrub
@@ -101,8 +100,7 @@ def elsewhere(tmp_path: Path) -> Settings:
 def test_workers__on_an_engine_that_answers(
     elsewhere: Settings, monkeypatch: pytest.MonkeyPatch, workers: dict[str, str], status: CheckStatus
 ) -> None:
-    answer = Cluster(ELSEWHERE, workers)
-    monkeypatch.setattr(execution, "probe", lambda _settings: answer)
+    monkeypatch.setattr(execution, "probe", lambda _settings: workers)
     [result] = check_workers(elsewhere)
     assert result.status is status
     assert ("numpy 1, here 2" in result.detail) == ("numpy 1, here 2" in workers.values())

@@ -195,27 +195,6 @@ def test_sweep__that_has_expired_is_deleted_unless_it_is_pinned(harness: Harness
         assert {sweep.id for sweep in harness.store.sweeps.page().items} == left
 
 
-def test_files__are_looked_through_again_once_something_has_happened(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    looked: list[str] = []
-    discardable = harness.store.retention.discardable
-
-    def look(limit: int, shard: str) -> object:
-        looked.append(shard)
-        return discardable(limit, shard)
-
-    monkeypatch.setattr(harness.store.retention, "discardable", look)
-    collecting = collector(harness, collection_drop=DEADLINE)
-    for _ in range(3):
-        collecting.step()
-    assert len(looked) == len(set(looked)) == 256
-    harness.submit(1)
-    for _ in range(3):
-        collecting.step()
-    assert len(looked) == 2 * 256
-
-
 def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:
     folder = Path(harness.begin(1)[0].directory).parent
     for number in range(2 * MOST_REMOVED):

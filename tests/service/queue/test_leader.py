@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.jobs import AttemptProgress, Cause, Keep, Kind, State
+from service.records.jobs import AttemptProgress, Cause, Kind, State
 from service.workers.attempt import ProgressMessage
-from tests.service.support.fakes import run_id, runs_of
+from tests.service.support.fakes import runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
-from tests.service.support.targets import FakeRun
 
 
 def test_fill__never_more_than_the_free_slots(harness: Harness) -> None:
@@ -59,21 +58,6 @@ def test_fill__a_search_that_fails_holds_up_no_other_job(harness: Harness, monke
     assert (run.kind, harness.dispatcher.blocked_reason()) == (Kind.RUN, None)
     [publication] = harness.tick()
     assert publication.kind is Kind.PUBLISH
-
-
-def test_attempt__has_a_folder_of_its_own_and_the_limits(tmp_path: Path) -> None:
-    with open_harness(tmp_path, memory_limit=1 << 30) as harness:
-        [attempt] = harness.begin(1, keep=Keep.FILM)
-        folder = Path(attempt.directory)
-        assert folder.is_relative_to(harness.settings.data)
-        assert folder.name.startswith("a1-")
-        assert attempt.seconds_limit == harness.settings.run_seconds_limit
-        assert (attempt.memory_limit, attempt.keep) == (1 << 30, Keep.FILM)
-        assert attempt.checkpoint == str(folder.parent / "checkpoint.npz")
-        assert attempt.spec == FakeRun(run_id(0)).as_json()
-        harness.end_well(attempt)
-        [publication] = harness.tick()
-        assert (publication.kind, publication.checkpoint) == (Kind.PUBLISH, None)
 
 
 def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> None:

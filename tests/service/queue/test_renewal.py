@@ -1,14 +1,12 @@
 """After an upgrade of the physics accepted sweeps are expanded anew, and what they have is set aside."""
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from service.files.artifacts import describe
-from service.queue.dispatcher import Dispatcher
-from service.queue.renewal import MOST_TRIES
+from service.queue.renewal import MOST_TRIES, Expand
 from service.records.expansion import ExpandedSweep
 from service.records.jobs import Kind, State, SweepState
 from service.store.tables import SWEEPS
@@ -18,15 +16,9 @@ from studies.quantities.files import RESULT
 from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.execution import refuse
 from tests.service.support.fakes import RecordingEngine, run_id, runs_of, sweep_of, wait_until
-from tests.service.support.harness import Harness, open_harness
+from tests.service.support.harness import Harness
 
 OLDER, NEWER = 0, 100  # first numbers of the runs of each version
-
-
-@pytest.fixture
-def harness(tmp_path: Path) -> Iterator[Harness]:
-    with open_harness(tmp_path) as opened:
-        yield opened
 
 
 def age(harness: Harness, physics: int = PHYSICS_VERSION - 1) -> None:
@@ -35,31 +27,10 @@ def age(harness: Harness, physics: int = PHYSICS_VERSION - 1) -> None:
         connection.execute(SWEEPS.update().values(physics=physics))
 
 
-def expanded_as(expanded: ExpandedSweep | Exception, calls: list[Mapping[str, Any]] | None = None) -> Any:
-    """What expands every document in this way."""
-
-    def expand(document: Mapping[str, Any]) -> ExpandedSweep:
-        if calls is not None:
-            calls.append(document)
-        if isinstance(expanded, Exception):
-            raise expanded
-        return expanded
-
-    return expand
-
-
-def upgraded(harness: Harness, expand: Any) -> None:
+def upgraded(harness: Harness, expand: Expand) -> None:
     """Put a leader of the newer version in the place of the dispatcher, with an engine of its own."""
-    engine = RecordingEngine()
-
-    def open_engine(inbox: Any) -> RecordingEngine:
-        harness.inbox = inbox
-        return engine
-
-    harness.engine = engine
-    harness.dispatcher = Dispatcher(
-        harness.settings, harness.store, open_engine=open_engine, timings=harness.timings, expand=expand
-    )
+    harness.engine = RecordingEngine()
+    harness.dispatcher = harness.successor(harness.engine, expand=expand)
 
 
 def settle(harness: Harness) -> list[Attempt]:
@@ -101,7 +72,7 @@ def runs_of_sweep(harness: Harness, id: str) -> dict[str, State]:
 
 def test_renewal__computes_every_point_by_the_present_physics_and_sets_older_results_aside(harness: Harness) -> None:
     id = half_computed(harness)
-    upgraded(harness, expanded_as(newer()))
+    upgraded(harness, Mock(return_value=newer()))
     begun = settle(harness)
     while begun:
         for attempt in begun:
@@ -127,7 +98,7 @@ def test_renewal__computes_every_point_by_the_present_physics_and_sets_older_res
 def test_renewal__without_results_leaves_no_sweep_behind(harness: Harness) -> None:
     id = harness.submit(runs_of("fine", "fine", first=OLDER))
     age(harness)
-    upgraded(harness, expanded_as(newer(2)))
+    upgraded(harness, Mock(return_value=newer(2)))
     settle(harness)
     assert set(runs_of_sweep(harness, id)) == {run_id(NEWER), run_id(NEWER + 1)}
     assert [each.id for each in harness.store.sweeps.page().items] == [id]
@@ -135,15 +106,15 @@ def test_renewal__without_results_leaves_no_sweep_behind(harness: Harness) -> No
 
 
 def test_renewal__happens_once_and_begins_nothing_before(harness: Harness) -> None:
-    calls: list[Mapping[str, Any]] = []
+    expand = Mock(return_value=newer())
     id = half_computed(harness)
-    upgraded(harness, expanded_as(newer(), calls))
+    upgraded(harness, expand)
     begun = settle(harness)
     assert {attempt.run for attempt in begun if attempt.kind is Kind.RUN} <= {run_id(NEWER + each) for each in range(4)}
     points = runs_of_sweep(harness, id)
-    upgraded(harness, expanded_as(newer(), calls))
+    upgraded(harness, expand)
     settle(harness)
-    assert len(calls) == 1
+    assert expand.call_count == 1
     assert runs_of_sweep(harness, id).keys() == points.keys()
     assert len(harness.store.sweeps.page().items) == 2
 
@@ -152,7 +123,7 @@ def test_renewal__of_the_same_runs_changes_nothing(harness: Harness) -> None:
     id = half_computed(harness)
     age(harness)
     before = runs_of_sweep(harness, id)
-    upgraded(harness, expanded_as(sweep_of(runs_of(*["fine"] * 4, first=OLDER))))
+    upgraded(harness, Mock(return_value=sweep_of(runs_of(*["fine"] * 4, first=OLDER))))
     settle(harness)
     status = harness.store.sweeps.get(id)
     assert (runs_of_sweep(harness, id).keys(), status.renewed, status.physics) == (before.keys(), None, PHYSICS_VERSION)
@@ -177,12 +148,12 @@ def test_sweeps__that_have_ended_were_cancelled_or_are_of_a_newer_physics_stay(h
 def test_document__that_this_version_refuses_ends_with_the_reason(
     harness: Harness, error: Exception, times: int
 ) -> None:
-    calls: list[Mapping[str, Any]] = []
+    expand = Mock(side_effect=error)
     id = half_computed(harness)
-    upgraded(harness, expanded_as(error, calls))
+    upgraded(harness, expand)
     begun = settle(harness)
     status = harness.store.sweeps.get(id)
-    assert (status.state, len(calls), begun) == (SweepState.FAILED, times, [])
+    assert (status.state, expand.call_count, begun) == (SweepState.FAILED, times, [])
     assert f"physics {PHYSICS_VERSION} cannot compute it" in (status.reason or "")
     assert str(error) in (status.reason or "")
     assert status.counts["succeeded"] == 1
@@ -190,7 +161,8 @@ def test_document__that_this_version_refuses_ends_with_the_reason(
 
 def test_retry__of_a_sweep_that_ended_with_refused_runs_expands_it_anew(harness: Harness) -> None:
     id = harness.submit(runs_of("fine", "fine", first=OLDER))
-    upgraded(harness, expanded_as(sweep_of(runs_of("fine", "fine", first=OLDER))))  # which helps nothing
+    same = sweep_of(runs_of("fine", "fine", first=OLDER))  # which helps nothing
+    upgraded(harness, Mock(return_value=same))
     for attempt in harness.tick():
         if attempt.run == run_id(OLDER):
             harness.end_well(attempt)
@@ -200,7 +172,7 @@ def test_retry__of_a_sweep_that_ended_with_refused_runs_expands_it_anew(harness:
         harness.end_well(publication)
     harness.tick()
     age(harness)
-    upgraded(harness, expanded_as(newer(2)))
+    upgraded(harness, Mock(return_value=newer(2)))
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
     harness.store.sweeps.retry(id)
     for attempt in settle(harness):

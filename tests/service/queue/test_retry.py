@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.queue.retry import BUDGET, DAY, FREE_LOSSES, Backoff, decide
+from service.queue.retry import BUDGET, FREE_LOSSES, Backoff, decide
 from service.records.jobs import Cause
 from service.workers.timings import DEFAULT
 from tests.service.support.rows import lease_of
@@ -38,15 +38,6 @@ def test_delay__doubles_to_a_longest_one() -> None:
     assert delays[FREE_LOSSES : FREE_LOSSES + 4] == [10.0, 20.0, 40.0, 80.0]
     assert set(delays[FREE_LOSSES + 6 :]) == {DEFAULT.backoff_longest}
     assert backoff.delayed() == (LEASE.id,)
-
-
-def test_losses__of_a_job_that_did_not_begin_again_count_for_a_day(monkeypatch: pytest.MonkeyPatch) -> None:
-    backoff, moment = Backoff(), 0.0
-    monkeypatch.setattr("service.queue.retry.time.monotonic", lambda: moment)
-    backoff.delay(LEASE, 60.0)
-    assert backoff.delayed() == (LEASE.id,)
-    moment = 2 * DAY
-    assert (backoff.delayed(), backoff._losses) == ((), {})
 
 
 def test_count__begins_anew_after_progress_or_another_ending() -> None:

@@ -11,7 +11,6 @@ from service.store import Store
 from service.store.tables import now
 from tests.service.store.test_size import plans, whole_reads
 from tests.service.support import history
-from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of
 from tests.service.support.rows import TERM
 
@@ -20,20 +19,9 @@ QUOTA = Quota(200, 200_000, 2 << 40)
 
 
 @pytest.fixture(scope="module")
-def sqlite_database(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return f"sqlite:///{tmp_path_factory.mktemp('history') / 'whipple.db'}"
-
-
-@pytest.fixture(scope="module")
-def postgresql_database(postgresql: Postgresql) -> Iterator[str]:
-    with postgresql.database() as url:
-        yield url
-
-
-@pytest.fixture(scope="module", params=["sqlite_database", "postgresql_database"])
-def old(request: pytest.FixtureRequest) -> Iterator[Store]:
+def old(module_url: str) -> Iterator[Store]:
     """A store with history, and a few runs that wait and are computed."""
-    with closing(Store.open(request.getfixturevalue(request.param))) as store:
+    with closing(Store.open(module_url)) as store:
         history.write(store, HISTORY)
         for number, owner in enumerate(("anna", "zoe"), 1):
             runs = runs_of(*["fine"] * 4, first=number << 100)

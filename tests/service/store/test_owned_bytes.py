@@ -10,7 +10,7 @@ from service.store import Store
 from service.store.tables import ARTIFACTS, JOBS, now
 from studies.quantities.files import STATE
 from tests.service.support.fakes import run_id, stored, sweep_of
-from tests.service.support.rows import TERM, result
+from tests.service.support.rows import finish_all
 
 SIZE = stored().size
 RUN, PUBLICATION = 2 * SIZE, SIZE  # bytes: the result and the final state, and a cube
@@ -22,15 +22,7 @@ def submit(store: Store, owner: str, runs: int, keep: Keep = Keep.FINAL) -> str:
 
 def compute(store: Store) -> None:
     """Compute everything that is queued, runs with their final states."""
-    while leases := store.leases.take(1, TERM):
-        if leases[0].sweep_id is None:
-            assert store.leases.finish(leases[0], result(stored(STATE, STATE)))
-        else:
-            finish_all_of(store, leases[0])
-
-
-def finish_all_of(store: Store, lease: object) -> None:
-    assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)  # type: ignore[arg-type]
+    finish_all(store, stored(STATE, STATE))
 
 
 def owned(store: Store) -> dict[str, int]:

@@ -201,17 +201,17 @@ class Rules(RuleBasedStateMachine):
         if lease.kind is not Kind.PUBLISH or lease.sweep_id in self.deleted:
             return
         assert lease.sweep_id is not None
-        _, outcomes = self.store.publications.inputs(lease.sweep_id)
-        found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
-        losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
+        _, outcomes = self.store.publications.inputs(lease.sweep_id, self.folder)
+        found = {each["run_id"]: each["sha256"] for each in outcomes if each["sha256"] is not None}
+        losses = [Loss(id, "", sha256) for id, sha256 in found.items()][:number]
         if not losses:
             return
         counts = self.counts(lease)
         self.store.queue.allow_forgetting(len(losses))
         assert self.store.publications.lose_results(lease, losses, most=MOST_LOST_RESULTS) == counts
         if counts:
-            _, outcomes = self.store.publications.inputs(lease.sweep_id)
-            self.known -= {one.run_id for one in outcomes if one.path is None}
+            _, outcomes = self.store.publications.inputs(lease.sweep_id, self.folder)
+            self.known -= {each["run_id"] for each in outcomes if each["sha256"] is None}
             self.drop_outdated()
 
     @rule(lease=leases, step=st.integers(1, 300))
@@ -243,12 +243,11 @@ class Rules(RuleBasedStateMachine):
         owners: dict[str, set[str]] = {}
         having = sa.select(POINTS.c.run_id, SWEEPS.c.owner).join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
         runs = sa.select(JOBS.c.id, JOBS.c.owner, JOBS.c.abandoned).where(JOBS.c.kind == Kind.RUN)
-        with self.store.database.reading() as reading:
-            for row in reading.execute(having):
-                owners.setdefault(row.run_id, set()).add(row.owner)
-            for run in reading.execute(runs):
-                assert (run.abandoned is None) == (run.id in owners)
-                assert run.abandoned is not None or run.owner in owners[run.id]
+        for row in self.store.database.rows(having):
+            owners.setdefault(row.run_id, set()).add(row.owner)
+        for run in self.store.database.rows(runs):
+            assert (run.abandoned is None) == (run.id in owners)
+            assert run.abandoned is not None or run.owner in owners[run.id]
 
     @invariant()
     def publications_wait_for_unfinished_runs(self) -> None:
@@ -294,13 +293,11 @@ class Rules(RuleBasedStateMachine):
     @invariant()
     def results_are_kept(self) -> None:
         """A run that had a result has it until it is lost, whatever its state; no other has a file."""
-        query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
-        with self.store.database.reading() as reading:
-            for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
-                assert (path is not None) == (id in self.known)
-                if state not in ACTIVE:
-                    is_result = state is State.SUCCEEDED or cause is Cause.VERDICT
-                    assert is_result == (id in self.known)
+        query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path).where(JOBS.c.kind == Kind.RUN)
+        for id, state, cause, path in self.store.database.rows(query):
+            assert (path is not None) == (id in self.known)
+            if state not in ACTIVE:
+                assert (state is State.SUCCEEDED or cause is Cause.VERDICT) == (id in self.known)
 
     def everything_ends(self) -> None:
         """Once the queue is worked through, every sweep has ended, and every point has its result."""
@@ -319,14 +316,11 @@ class Rules(RuleBasedStateMachine):
         return [row.id for row in self.store.sweeps.page(limit=1000).items]
 
     def checkpoint_of(self, job: str) -> int | None:
-        query = sa.select(JOBS.c.checkpoint).where(JOBS.c.id == job)
-        with self.store.database.reading() as reading:
-            return reading.execute(query).scalar()
+        rows = self.store.database.rows(sa.select(JOBS.c.checkpoint).where(JOBS.c.id == job))
+        return rows[0].checkpoint if rows else None
 
     def publication(self, sweep: str) -> State:
-        query = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == sweep)
-        with self.store.database.reading() as reading:
-            return reading.execute(query).scalar_one()
+        return self.store.database.value(sa.select(JOBS.c.state).where(JOBS.c.sweep_id == sweep))
 
     def attached(self, sweep: str) -> list[State]:
         query = (
@@ -334,8 +328,7 @@ class Rules(RuleBasedStateMachine):
             .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
             .where(POINTS.c.sweep_id == sweep, POINTS.c.detached.is_(False))
         )
-        with self.store.database.reading() as reading:
-            return list(reading.execute(query).scalars())
+        return [row.state for row in self.store.database.rows(query)]
 
 
 Rules.TestCase.settings = settings(max_examples=100 if in_full() else 5, stateful_step_count=30)

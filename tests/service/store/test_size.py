@@ -15,7 +15,6 @@ import sqlalchemy as sa
 from fastapi.testclient import TestClient
 
 from service.api.app import build_app
-from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, State, Submission, SweepState
 from service.records.logbook import Wanted
 from service.settings import Settings
@@ -24,7 +23,6 @@ from service.store.submission import BATCH
 from service.store.tables import JOBS, KEYS, now
 from service.store.time_left import tallies_of
 from tests.service.support.api import ADDRESS, FakeDispatcher
-from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
@@ -46,7 +44,6 @@ class Filled:
     large: str
     part: str
     small: str
-    cancelled: tuple[str, ...]
     older: str  # cursor of a page without the large sweep and what is younger
     secret: str  # of a key
     accepting: dict[str, int]  # statements to accept each
@@ -54,28 +51,10 @@ class Filled:
 
 
 @pytest.fixture(scope="module")
-def sqlite_file(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder: Path = tmp_path_factory.mktemp("large")
-    return f"sqlite:///{folder / 'whipple.db'}"
-
-
-@pytest.fixture(scope="module")
-def postgresql_database(postgresql: Postgresql) -> Iterator[str]:
-    with postgresql.database() as url:
-        yield url
-
-
-@pytest.fixture(scope="module", params=["sqlite_file", "postgresql_database"])
-def filled(request: pytest.FixtureRequest) -> Iterator[Filled]:
-    with filling(request.getfixturevalue(request.param)) as store:
-        yield store
-
-
-@contextmanager
-def filling(url: str) -> Iterator[Filled]:
+def filled(module_url: str) -> Iterator[Filled]:
     """A store in which much has happened: no sweep has most of the rows, and few runs are under way."""
-    with closing(Store.open(url)) as store:
-        cancelled = _cancelled(store)
+    with closing(Store.open(module_url)) as store:
+        _cancel(store)
         with statements(store) as few:
             small = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10 * LARGE))))
         commits: list[None] = []
@@ -95,22 +74,18 @@ def filling(url: str) -> Iterator[Filled]:
                 connection.exec_driver_sql("ANALYZE")
         older = store.sweeps.page(limit=PARTS + 1).next_cursor
         assert older is not None
-        sweeps = (large.id, part.id, small.id, cancelled, older)
+        sweeps = (large.id, part.id, small.id, older)
         yield Filled(store, *sweeps, store.keys.issue("anna", [Scope.READ])[1], accepting, of_large)
 
 
-def _cancelled(store: Store) -> tuple[str, ...]:
+def _cancel(store: Store) -> None:
     """Sweeps that were cancelled, and published as far as they were."""
-    ids = []
     for number in range(5):
-        runs = runs_of("fine", "fine", first=(50 + number) * LARGE)
-        ids.append(store.sweeps.create(Submission(sweep_of(runs))).id)
+        sweep = store.sweeps.create(Submission(sweep_of(runs_of("fine", "fine", first=(50 + number) * LARGE))))
         [first] = lease_runs(store, 1)
         assert store.leases.finish(first, result())
-        store.sweeps.cancel(ids[-1])
+        store.sweeps.cancel(sweep.id)
         finish_all(store)
-    assert {store.sweeps.get(id).state for id in ids} == {SweepState.CANCELLED}
-    return tuple(ids)
 
 
 def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(filled: Filled) -> None:
@@ -157,7 +132,6 @@ QUERIES: dict[str, Query] = {
 }
 
 
-ENDED = 20  # number of a run that has a result, but no registered log
 PAGES: dict[str, Callable[[Filled], str]] = {
     "sweeps, for people": lambda f: "/",
     "sweeps": lambda f: "/v1/sweeps",
@@ -167,11 +141,8 @@ PAGES: dict[str, Callable[[Filled], str]] = {
     "points": lambda f: f"/v1/sweeps/{f.large}/runs",
     "points of a state": lambda f: f"/v1/sweeps/{f.large}/runs?state=queued",
     "events": lambda f: f"/v1/sweeps/{f.large}/history",
-    "cube": lambda f: f"/v1/sweeps/{f.cancelled[0]}/cube.nc",
     "run": lambda f: f"/v1/runs/{run_id(7)}",
     "files of a run": lambda f: f"/v1/runs/{run_id(7)}/files",
-    "log of a run": lambda f: f"/v1/runs/{run_id(7)}/log",
-    "log of a run that has ended": lambda f: f"/v1/runs/{run_id(ENDED)}/log",
     "events of a run": lambda f: f"/v1/runs/{run_id(7)}/history",
     "queue": lambda f: "/v1/queue",
 }
@@ -183,17 +154,6 @@ def _fresh(store: Store) -> Store:
     return store
 
 
-def _write_files(filled: Filled, artifacts: Artifacts) -> None:
-    """The files that are sent as pages: runs and publications of this store left none."""
-    files = [artifacts.path(filled.store.publications.files(filled.cancelled[0])[0])]
-    for id, last in filled.store.retention.last_attempts([run_id(7), run_id(ENDED)]).items():
-        assert last.token is not None
-        files.append(artifacts.log_of(id, last.attempt, last.token))
-    for file in files:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(b"...")
-
-
 def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: Filled, tmp_path: Path) -> None:
     """A page about 10 000 runs takes at most three statements, the check of the key included.
 
@@ -202,7 +162,6 @@ def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: 
     store = filled.store
     with store.database.writing() as connection:
         connection.execute(KEYS.update().values(used=now()))
-    _write_files(filled, Artifacts(tmp_path))
     app = build_app(Settings(data=tmp_path), store, FakeDispatcher())
     client = TestClient(app, base_url=ADDRESS, headers={"Authorization": f"Bearer {filled.secret}"})
     client.get("/readyz")  # whose outcome the queue shares, here for good

@@ -2,6 +2,7 @@
 
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from pydantic import JsonValue
@@ -117,9 +118,9 @@ def test_replaced_result__publishes_the_sweeps_that_use_it_again(store: Store) -
     assert store.runs.replace_result(run_id(1), "99" * 32, NEW, SUMMARY) == ()  # replaced before
     assert store.runs.get(run_id(1)).sha256 == stored().sha256
     assert store.runs.replace_result(run_id(1), stored().sha256, NEW, SUMMARY) == (both,)
-    run, published = store.runs.get(run_id(1)), store.publications.inputs(both)[1]
+    run, published = store.runs.get(run_id(1)), store.publications.inputs(both, Path("/data"))[1]
     assert (run.sha256, run.summary) == (NEW.sha256, SUMMARY)
-    assert (NEW.path, NEW.sha256) in {(one.path, one.sha256) for one in published}
+    assert (f"/data/{NEW.path}", NEW.sha256) in {(each["path"], each["sha256"]) for each in published}
     assert store.runs.file(run_id(1), RESULT) == NEW
     states = [store.sweeps.get(sweep).state for sweep in (both, other, waiting)]
     assert states == [SweepState.PUBLISHING, SweepState.SUCCEEDED, SweepState.RUNNING]

@@ -224,4 +224,5 @@ def pid_of(attempt: Attempt) -> int:
 
 def checkpoint_step(attempt: Attempt) -> int:
     """The step of an attempt's checkpoint."""
-    return int(Path(str(attempt.checkpoint)).read_text())
+    step: int = json.loads(Path(str(attempt.checkpoint)).read_text())[1]
+    return step

@@ -185,9 +185,7 @@ class Reader:
         self.python.stdin.flush()
         answer = code.with_name(f"{code.name}.status")
         wait_until(answer.exists, seconds=self.seconds)
-        ended = answer.read_text()
-        output = "" if ended == "0" else f": {log.read_text(errors='replace')[-LAST:]}"
-        return Row(f"line {block.line}, exit status", 0, f"{ended}{output}", ended == "0")
+        return _ended(f"line {block.line}", int(answer.read_text()), log)
 
     def _table(self, block: Block) -> Row:
         (self.clone / "shots.csv").write_text(block.text)

@@ -5,14 +5,13 @@ import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.claims.rows import Row, at_most, equal
+from tests.claims.rows import Row, equal
 
 CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")
 FLAGS = (
@@ -34,17 +33,6 @@ A4 = (595, 842)  # points, portrait
 
 Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
-
-
-@dataclass(frozen=True)
-class Seen:
-    """A page in a window of a width."""
-
-    messages: tuple[str, ...]  # on the console, and errors of scripts
-    requests: tuple[str, ...]  # but for the page itself
-    wider: int  # px of the document beyond the window
-    cut: tuple[str, ...]  # elements that reach beyond the window
-    violations: tuple[str, ...]  # of accessibility, serious or worse
 
 
 @contextmanager
@@ -85,21 +73,21 @@ def opened(
         yield (page, messages, [url for url in requests if not url.startswith(("data:", file.as_uri()))])
 
 
-def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Seen:
-    """Open a page, and keep a picture of all of it."""
+def faults_of(page: Page, where: str) -> Iterator[Row]:
+    """What no page may have: serious violations of accessibility, and anything beyond the window."""
+    yield equal(f"{where}: serious violations of accessibility (axe)", expected=[], got=violations_of(page))
+    yield equal(f"{where}: elements beyond the window", expected=[], got=page.evaluate(CUT))
+    yield equal(f"{where}: document wider than the window by (px)", expected=0, got=page.evaluate(BEYOND))
+
+
+def rows_of(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Iterator[Row]:
+    """What a page from disk must not have, in a window of a width; a picture of all of it is kept."""
+    where = f"{file.name}, {width} px, {scheme}"
     with opened(browser, file, width, scheme) as (page, messages, requests):
-        wider = page.evaluate(BEYOND)
-        cut = page.evaluate(CUT)
-        violations = violations_of(page)
+        yield from faults_of(page, where)
+        yield equal(f"{where}: messages and requests", expected=[], got=[*messages, *requests])
         if picture:
             page.screenshot(path=picture, full_page=True)
-        return Seen(
-            messages=tuple(messages),
-            requests=tuple(requests),
-            wider=int(wider),
-            cut=tuple(dict.fromkeys(cut)),
-            violations=tuple(violations),
-        )
 
 
 def violations_of(page: Page) -> list[str]:
@@ -107,19 +95,6 @@ def violations_of(page: Page) -> list[str]:
     found = Axe().run(page).response["violations"]
     serious = (each for each in found if each["impact"] in SERIOUS)
     return [f"{each['id']}: {node['html'][:120]}" for each in serious for node in each["nodes"]]
-
-
-def rows_of(seen: Seen, name: str) -> Iterator[Row]:
-    """What must not be there, in a window of a name."""
-    for what, got in (
-        ("messages on the console", seen.messages),
-        ("requests", seen.requests),
-        ("elements beyond the window", seen.cut),
-        ("serious violations of accessibility (axe)", seen.violations),
-    ):
-        shown = "; ".join(got[:3]) if got else "none"
-        yield Row(f"{name}: {what}", "none", f"{len(got)}: {shown}" if got else "none", not got)
-    yield at_most(f"{name}: document wider than the window by (px)", limit=0, got=seen.wider)
 
 
 def print_page(browser: Browser, file: Path, pdf: Path) -> Iterator[Row]:

@@ -7,7 +7,8 @@ import socket
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, field
 from http.client import HTTPConnection, HTTPException
 from itertools import pairwise
 
@@ -107,43 +108,36 @@ def connected(port: int) -> socket.socket:
     return socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_SECONDS)
 
 
+@dataclass
 class LivenessProbe:
-    """Another client, which asks ``/livez`` again and again, each time over a new connection."""
+    """What another client was answered, which asks ``/livez`` again and again, each time over a new connection."""
 
-    def __init__(self, port: int):
-        self._port = port
-        self.stopped = threading.Event()
-        self.slowest = 0.0  # s, of all answers
-        self.statuses: list[int | str] = []  # of each answer, or the name of what was met instead
-
-    def ask(self) -> None:
-        """Ask until it is told to stop."""
-        while True:
-            begin = time.monotonic()
-            self.statuses.append(self._status())
-            self.slowest = max(self.slowest, time.monotonic() - begin)
-            if self.stopped.wait(PROBE_PAUSE_SECONDS):
-                return
-
-    def _status(self) -> int | str:
-        connection = HTTPConnection("127.0.0.1", self._port, timeout=PATIENCE_SECONDS)
-        try:
-            connection.request("GET", "/livez")
-            return connection.getresponse().status
-        except (OSError, HTTPException) as error:
-            return type(error).__name__
-        finally:
-            connection.close()
+    slowest: float = 0.0  # s, of all answers
+    statuses: list[int | str] = field(default_factory=list)  # of each answer, or the name of what was met instead
 
 
 @contextmanager
 def probing(port: int) -> Iterator[LivenessProbe]:
-    """Ask until the end of the block."""
-    probe = LivenessProbe(port)
-    thread = threading.Thread(target=probe.ask)
+    """Ask until the end of the block, once at least."""
+    probe, stopped = LivenessProbe(), threading.Event()
+
+    def ask() -> None:
+        while True:
+            begin = time.monotonic()
+            with closing(HTTPConnection("127.0.0.1", port, timeout=PATIENCE_SECONDS)) as connection:
+                try:
+                    connection.request("GET", "/livez")
+                    probe.statuses.append(connection.getresponse().status)
+                except (OSError, HTTPException) as error:
+                    probe.statuses.append(type(error).__name__)
+            probe.slowest = max(probe.slowest, time.monotonic() - begin)
+            if stopped.wait(PROBE_PAUSE_SECONDS):
+                return
+
+    thread = threading.Thread(target=ask)
     thread.start()
     try:
         yield probe
     finally:
-        probe.stopped.set()
+        stopped.set()
         thread.join()

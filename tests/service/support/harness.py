@@ -9,6 +9,8 @@ from typing import Any
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.clock_watch import ClockWatch
 from service.queue.dispatcher import Dispatcher
+from service.queue.renewal import Expand
+from service.records.expansion import expand_again
 from service.records.jobs import Cause, Keep, Kind, RunRow, State, Submission
 from service.scrubbing.scrubber import Scrubber
 from service.settings import Settings
@@ -56,7 +58,9 @@ class Harness:
         self.store.terms = self.terms = LosableTerms(self.store.database)
         self.dispatcher = self.successor(self.engine)
 
-    def successor(self, engine: RecordingEngine, *, first: Message | None = None) -> Dispatcher:
+    def successor(
+        self, engine: RecordingEngine, *, first: Message | None = None, expand: Expand = expand_again
+    ) -> Dispatcher:
         """Another dispatcher on the same store; its engine sends ``first``."""
 
         def open_engine(inbox: Inbox) -> RecordingEngine:
@@ -64,7 +68,7 @@ class Harness:
             inbox.put(first)
             return engine
 
-        return Dispatcher(self.settings, self.store, open_engine=open_engine, timings=self.timings)
+        return Dispatcher(self.settings, self.store, open_engine=open_engine, timings=self.timings, expand=expand)
 
     def submit(self, *sweep: Any, **options: Any) -> str:
         """Submit the sweep of these runs, or of so many; its id."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
@@ -14,22 +15,9 @@ TERM = 1
 
 
 def lease_of(**changes: Any) -> Lease:
-    """A lease that no store has given."""
-    plain: dict[str, Any] = {
-        "id": run_id(7),
-        "kind": Kind.RUN,
-        "attempt": 1,
-        "term": TERM,
-        "token": "c0ffee00",
-        "crashes": 0,
-        "crash_step": None,
-        "priority": 0,
-        "keep": Keep.FINAL,
-        "state": State.RUNNING,
-        "spec": {},
-        "sweep_id": None,
-    }
-    return Lease(**plain | changes)
+    """A lease of a run that no store has given."""
+    plain = Lease(run_id(7), Kind.RUN, 1, TERM, "c0ffee00", 0, None, 0, Keep.FINAL, State.RUNNING, None, None)
+    return replace(plain, **changes)
 
 
 def result(*others: Stored, succeeded: bool = True) -> Result:
@@ -40,14 +28,14 @@ def result(*others: Stored, succeeded: bool = True) -> Result:
     return Result(files, succeeded, reason, failure, {"numbers": {"steps": 7.0}}, 2.0)
 
 
-def finish_all(store: Store, *, succeeded: bool = True, term: int = TERM) -> None:
-    """Compute everything that is queued, publications included."""
+def finish_all(store: Store, *files: Stored, succeeded: bool = True, term: int = TERM) -> None:
+    """Compute everything that is queued, publications included; runs leave these files beside their results."""
     while leases := store.leases.take(100, term):
         for lease in leases:
             if lease.kind is Kind.PUBLISH:
                 assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
             else:
-                assert store.leases.finish(lease, result(succeeded=succeeded))
+                assert store.leases.finish(lease, result(*files, succeeded=succeeded))
 
 
 def lease_runs(store: Store, count: int) -> list[Lease]:

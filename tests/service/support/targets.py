@@ -7,9 +7,10 @@ A run is ``fine`` by default. It can also return a ``verdict``, ``abort`` the in
 ``litter`` (start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print so
 many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in ``pid`` in its folder.
 
-With ``seconds`` it takes as long, step by step: it tells progress, writes its step into the
-checkpoint, goes on from there, and leaves when asked to. Runs and sweeps do not end before the files are
-there that ``GATES`` of the environment name.
+A run has steps of which each needs the one before: whoever resumes wrongly gets another hole. With ``seconds``, or
+``WHIPPLE_TEST_SECONDS``, it takes as long: it tells progress, keeps a checkpoint after each step, goes on from there,
+and leaves when asked to. Those whose speed ``FAILING`` names in the environment behave as it says. Runs and sweeps do
+not end before the files are there that ``RUN_GATE`` and ``SWEEP_GATE`` name.
 """
 
 import ctypes
@@ -17,7 +18,6 @@ import errno
 import json
 import os
 import subprocess
-import sys
 import time
 import warnings
 from collections.abc import Mapping
@@ -31,9 +31,11 @@ from studies.quantities.measured import Measured
 from studies.runs import run as real
 from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 
-GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
+RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
+FAILING = "WHIPPLE_TEST_FAILING"  # environment: behaviours by speed in m/s, as JSON
 PAUSE = 0.02  # s, between two looks at a gate
 STEPS = 10
+GROWTH = 3.9  # of the logistic map: chaotic, so that every bit of every step counts
 FOREVER = 600  # s; longer than any test waits
 MEBIBYTE = 1 << 20
 PERFORATES = 155.0  # m/s: the least speed at which a plate is perforated
@@ -74,18 +76,20 @@ def execute(
 ) -> RunResult:
     """Behave as the parameters say, and leave the result that a real run would leave."""
     (directory / "pid").write_text(str(os.getpid()))
-    behaviour = str(run.parameters.get("behaviour", "fine"))
-    seconds = float(run.parameters.get("seconds", os.environ.get("WHIPPLE_TEST_SECONDS", 0)))
-    clock = _Clock(seconds, checkpoint, control)
-    clock.begin()
+    failing = json.loads(os.environ.get(FAILING, "{}"))
+    behaviour = str(run.parameters.get("behaviour", failing.get(f"{run.parameters.get('speed', 0):.0f}", "fine")))
+    chain = _Chain(run, checkpoint, control)
+    control.log(f"begins at step {chain.step}")
+    begun = f"on from step {chain.step}" if chain.step else ""
     behave(behaviour, run, directory)
-    clock.go_on()
+    chain.go_on()
     while _is_closed(RUN_GATE):
-        clock.wait()
-    result = _result(run, behaviour, threads)
+        time.sleep(PAUSE)
+        chain.mind()
+    result = _result(run, behaviour, chain.value, threads=threads, checkpoint=begun)
     if behaviour != "silent":
         for name in ("state.npz", "film.npz")[: 1 + film]:
-            write_text(directory / name, run.id)
+            write_text(directory / name, f"{run.id} {chain.value!r}")
         write_text(directory / "result.json", json.dumps(result.as_json()))
     return result
 
@@ -120,77 +124,64 @@ def _is_closed(gate: str) -> bool:
     return name is not None and not Path(name).exists()
 
 
-@dataclass
-class _Clock:
+class _Chain:
     """Steps that take their time, with a checkpoint after each."""
 
-    seconds: float
-    checkpoint: Path | None
-    control: RunControl
-    step: int = 0
-
-    def begin(self) -> None:
+    def __init__(self, run: FakeRun, checkpoint: Path | None, control: RunControl):
         """Go on from the checkpoint, if there is one."""
-        if self.checkpoint is not None and self.checkpoint.is_file():
-            self.step = int(self.checkpoint.read_text())
-            self.control.checkpointed(self.step)
+        self._id, self._checkpoint, self._control = run.id, checkpoint, control
+        self._pause = float(run.parameters.get("seconds", os.environ.get("WHIPPLE_TEST_SECONDS", 0))) / STEPS
+        self.step, self.value = 0, (int(run.id[:12], 16) + 1) / 2.0**49
+        if checkpoint is not None and checkpoint.is_file():
+            whose, self.step, self.value = json.loads(checkpoint.read_text())
+            assert whose == run.id
+            control.checkpointed(self.step)
 
     def go_on(self) -> None:
         """All steps that are left."""
-        while self.seconds and self.step < STEPS:
-            time.sleep(self.seconds / STEPS)
-            self.step += 1
-            self._keep()
-            done = self.step / STEPS
-            progress = Progress(done, 1.0, self.step, done, None, {"hole_diameter": done})
-            self.control.progress(progress)
-            self._mind()
+        while self.step < STEPS:
+            self.step, self.value = self.step + 1, GROWTH * self.value * (1 - self.value)
+            if self._pause:
+                time.sleep(self._pause)
+                self._tell(self.step / STEPS)
 
-    def wait(self) -> None:
-        """For a moment, without a step."""
-        time.sleep(PAUSE)
-        self._mind()
+    def _tell(self, done: float) -> None:
+        if self._checkpoint is not None:
+            write_text(self._checkpoint, json.dumps([self._id, self.step, self.value]))
+            self._control.checkpointed(self.step)
+        self._control.progress(Progress(done, 1.0, self.step, done, None, {"hole_diameter": done}))
+        self.mind()
 
-    def _mind(self) -> None:
-        if self.control.must_stop():
+    def mind(self) -> None:
+        if self._control.must_stop():
             raise Interrupted(time=self.step / STEPS, step=self.step)
 
-    def _keep(self) -> None:
-        if self.checkpoint is not None:
-            write_text(self.checkpoint, str(self.step))
-            self.control.checkpointed(self.step)
 
-
-def _result(run: FakeRun, behaviour: str, threads: int) -> RunResult:
+def _result(run: FakeRun, behaviour: str, value: float, **provenance: Any) -> RunResult:
     if behaviour == "verdict":
         reason = "density = 3e4 at particle 17"
         return RunResult(run.id, "failed", reason=reason, failure="UnphysicalState")
-    hole = Measured(0.0148, 1e-4, {}, (), {"time": [0.0], "value": [0.0148]}, 1)
+    hole = Measured(0.01 * value, 1e-4, {}, (), {"time": [0.0], "value": [0.01 * value]}, 1)
     measurements = {"hole_diameter": hole}
     if run.scenario == "plugging":
         through = float(run.parameters["speed"]) >= PERFORATES
         measurements["perforated"] = Measured(float(through), None, {}, (), hole.history, 1)
+    if "behaviour" in run.parameters:  # no run of a cube: what another could have left in its process
+        provenance |= {
+            "process": str(os.getpid()),
+            "folder": os.getcwd(),
+            "filters": str(sum(one[2] is SoilWarning for one in warnings.filters)),
+            "numba_threads": os.environ.get("NUMBA_NUM_THREADS", ""),
+        }
     return RunResult(
         run.id,
         "succeeded",
         measurements=measurements,
-        flags=("under_resolved",),
-        numbers={"threads": float(os.environ.get("NUMBA_NUM_THREADS", 0))},
+        flags=(),
+        numbers={},
         stop="settled",
-        provenance={"seconds": 0.5, "threads": threads, **_surroundings()},
+        provenance={"seconds": 0.5, **provenance},
     )
-
-
-def _surroundings() -> dict[str, str]:
-    """What a run sees of its process, and another one could have left there."""
-    return {
-        "process": str(os.getpid()),
-        "folder": os.getcwd(),
-        "soil": os.environ.get("SOIL", "none"),
-        "filters": str(sum(one[2] is SoilWarning for one in warnings.filters)),
-        "prints": type(sys.stdout).__name__,
-        "path": str("soil" in sys.path),
-    }
 
 
 class SoilWarning(UserWarning):
@@ -268,9 +259,5 @@ def _noise(run: FakeRun, directory: Path) -> None:
 
 
 def _soil(run: FakeRun, directory: Path) -> None:
-    os.environ["SOIL"] = run.id
     os.chdir("/tmp")
-    os.umask(0o077)
     warnings.simplefilter("error", SoilWarning)
-    sys.stdout = open(os.devnull, "w")  # noqa: SIM115
-    sys.path.append("soil")

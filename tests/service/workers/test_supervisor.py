@@ -26,6 +26,7 @@ from tests.service.support.attempts import (
     process_of,
     result_of,
     supervise,
+    surroundings,
     under_way,
     with_checkpoint,
 )
@@ -55,7 +56,7 @@ def test_run__leaves_what_is_retained_with_size_and_digest(tmp_path: Path, keep:
         assert file.path == str(tmp_path / "a1-token" / file.name)
         assert (file.size, file.sha256) == (Path(file.path).stat().st_size, digest(Path(file.path)))
     assert {file.name for file in (tmp_path / "a1-token").iterdir()} == {*names, "pid"}
-    assert result_of(ending)["numbers"] == {"threads": 1.0}  # set before Python starts
+    assert surroundings(ending)["numba_threads"] == "1"  # set before Python starts
 
 
 def test_complete_attempt__is_not_computed_again(tmp_path: Path) -> None:
@@ -214,7 +215,7 @@ def test_log__that_gets_too_long_loses_its_middle(tmp_path: Path, monkeypatch: p
     [log] = [file for file in ending.files if file.name == "log.txt"]
     assert 2 * MEBIBYTE < log.size < 3 * MEBIBYTE
     text = log_of(attempt_at(tmp_path))
-    assert text.startswith("first words")
+    assert text.startswith("begins at step 0\nfirst words")
     assert "the log was too long" in text
     assert text.endswith("last words\n")
     assert digest(Path(log.path)) == log.sha256
@@ -227,7 +228,7 @@ def test_log__of_each_attempt_is_its_own_and_closed_behind_it(tmp_path: Path) ->
     text = log_of(attempt_at(tmp_path / "1"))
     for line in ("not a JSON line", "nor is this", "nor this, which a library holds back"):
         assert line in text
-    assert log_of(attempt_at(tmp_path / "2")) == ""
+    assert log_of(attempt_at(tmp_path / "2")) == "begins at step 0\n"
     descriptors = Path(f"/proc/{process_of(loud)}/fd")
     open_files = [os.readlink(file) for file in descriptors.iterdir()]
     assert not [name for name in open_files if name.startswith(str(tmp_path))]

@@ -17,7 +17,7 @@ from studies.cases.validation import ValidationLevel
 from tests.cases.cubes import computed
 from tests.claims.marked import claimed
 from tests.claims.rows import Row
-from tests.service.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
+from tests.service.support.browser import SCHEMES, WIDTHS, chromium, rows_of
 
 BY_COMMAND = "elastic-bar"
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
@@ -86,6 +86,5 @@ def test_page__is_whole_in_a_browser(compared: Callable[[Row], None], tmp_path: 
     with chromium() as browser:
         for width in WIDTHS:
             for scheme in SCHEMES:
-                seen = look(browser, tmp_path / "index.html", width, scheme)
-                for row in rows_of(seen, f"{width} px, {scheme}"):
+                for row in rows_of(browser, tmp_path / "index.html", width, scheme):
                     compared(row)
