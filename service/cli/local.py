@@ -142,6 +142,7 @@ def run_sweeps(
 def _store_of(settings: Settings) -> Iterator[tuple[Store, EndRequest]]:
     """The store of a folder, which nobody else uses for the duration of a block, and the requests to end."""
     check_names(settings)
+    Store.check_origin(settings.url)
     with handling_end_signals() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
             identity.settle(settings, store)

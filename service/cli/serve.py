@@ -23,6 +23,7 @@ from service.cli.signals import EndRequest, handling_end_signals
 from service.files import SOCKET
 from service.files.data_directory import check_names, holding
 from service.settings import Settings
+from service.store import Store
 from studies.quantities.findings import Finding, InvalidInput
 
 log = logging.getLogger(__name__)
@@ -51,6 +52,7 @@ def serve(settings: Settings) -> None:
         ctypes.CDLL(None).mallopt(M_ARENA_MAX, ARENAS)
     sys.setswitchinterval(SWITCH_SECONDS)
     check_names(settings)
+    Store.check_origin(settings.url)
     with (
         handling_end_signals(end_within=EXIT_SECONDS) as leaving,
         holding(settings),

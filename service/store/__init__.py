@@ -69,6 +69,11 @@ class Store:
         with closing(Database(url)) as database:
             return database.revision()
 
+    @staticmethod
+    def check_origin(url: str) -> None:
+        """Raise StoreUnavailable for an SQLite file that another version made; to be called before it is locked."""
+        Database(url).close()
+
     def close(self) -> None:
         self.database.close()
 

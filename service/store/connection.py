@@ -70,7 +70,10 @@ POSTGRESQL = {
 
 
 class Database:
-    """A database; every use of it is one short transaction."""
+    """A database; every use of it is one short transaction.
+
+    Raises StoreUnavailable, before anything is opened or locked, for an SQLite file of an unknown revision.
+    """
 
     def __init__(self, url: str, migrations: str = "service:migrations", revision: str = REVISION):
         self.url = sa.make_url(url)
@@ -81,6 +84,9 @@ class Database:
         self._file: OpenFile | None = None
         is_file = self.is_sqlite and self.url.database not in (None, "", ":memory:")
         self._path = Path(str(self.url.database)) if is_file else None
+        present = None if self._path is None else _revision_of(self._path)
+        if present not in (None, revision) and present not in self._revisions():
+            raise self._refusal(present)
         self._engine = sa.create_engine(
             self.url,
             json_serializer=_as_json,
@@ -318,6 +324,19 @@ def _revision(connection: sa.Connection) -> str | None:
     if not sa.inspect(connection).has_table(REVISIONS.name):
         return None
     return connection.scalar(sa.select(REVISIONS.c.version_num))
+
+
+def _revision_of(file: Path) -> str | None:
+    """The revision of the tables in an SQLite file, which is only read; None where it has none, or is being written.
+
+    First without the log beside it, which any other connection may write into the file; a log may have the only tables.
+    """
+    for how in ("mode=ro&immutable=1", "mode=ro"):
+        address = f"{file.absolute().as_uri()}?{how}"
+        with suppress(sqlite3.Error), closing(sqlite3.connect(address, uri=True)) as connection:
+            for (revision,) in connection.execute(f"SELECT version_num FROM {REVISIONS.name}"):
+                return str(revision)
+    return None
 
 
 def _prepare_sqlite(connection: sqlite3.Connection, _record: "ConnectionPoolEntry") -> None:

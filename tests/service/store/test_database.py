@@ -1,8 +1,9 @@
 """Databases: durability, waits that end, tables that are made, migrated or refused."""
 
 import shutil
+import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -10,7 +11,10 @@ import pytest
 import sqlalchemy as sa
 
 from service import migrations
+from service.cli.local import run_sweep
+from service.cli.serve import serve
 from service.records.jobs import Cause, StoreUnavailable, Submission
+from service.settings import Settings
 from service.store import Store, connection
 from service.store.connection import Database
 from service.store.tables import REVISION, SWEEPS
@@ -133,15 +137,16 @@ def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("migrate", [True, False])
-def test_unknown_revision__is_refused_with_the_cure_and_left_alone(own_url: str, migrate: bool) -> None:
-    revision = "9999"
+@pytest.mark.parametrize("revision", ["0012", "9999"])
+def test_unknown_revision__is_refused_with_the_cure_and_left_alone(own_url: str, revision: str, migrate: bool) -> None:
     with closing(Store.open(own_url)) as store:
         database = store.database
         with database.writing() as writing:
             writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+        before = rows_of(database)
         with pytest.raises(StoreUnavailable) as refused:
             Store.open(own_url, migrate=migrate)
-        assert database.revision() == revision
+        assert rows_of(database) == before
     place = str(sa.make_url(own_url).database)
     for part in (
         place,
@@ -152,6 +157,59 @@ def test_unknown_revision__is_refused_with_the_cure_and_left_alone(own_url: str,
         "new data directory",
     ):
         assert part in str(refused.value)
+
+
+def rows_of(database: Database) -> dict[str, list[sa.Row[tuple[str, ...]]]]:
+    """Every row of every table, with those of the catalogue that names the tables."""
+    tables = sa.MetaData()
+    with database.reading() as reading:
+        tables.reflect(reading)
+        return {name: [*reading.execute(table.select())] for name, table in tables.tables.items()}
+
+
+OF_BEFORE = """
+CREATE TABLE alembic_version (version_num VARCHAR(32) PRIMARY KEY);
+CREATE TABLE sweeps (number INTEGER PRIMARY KEY, id VARCHAR(32));
+INSERT INTO alembic_version VALUES ('0012');
+INSERT INTO sweeps VALUES (1, 'accepted');
+"""
+
+
+@pytest.mark.parametrize("killed", ["", "PRAGMA user_version = 1", OF_BEFORE])
+def test_data_directory__of_an_earlier_version_is_refused_by_every_command_and_no_byte_changes(
+    tmp_path: Path, killed: str, smoke: Path
+) -> None:
+    """Also with a log beside the file, which a service that was ``killed`` leaves."""
+    made, data = tmp_path / "made", tmp_path / "data"
+    made.mkdir(0o755)
+    (made / "whipple.lock").write_text("4711")
+    with closing(sqlite3.connect(made / "whipple.db")) as writer:
+        if killed != OF_BEFORE:
+            writer.executescript(OF_BEFORE)
+        if killed:
+            writer.executescript(f"PRAGMA journal_mode = WAL; {killed}")
+        shutil.copytree(made, data, ignore=shutil.ignore_patterns("*-shm"))
+    before = described(data)
+    assert (data / "whipple.db-wal").exists() is bool(killed)
+    settings = Settings(data=data, port=0)
+    commands: list[Callable[[], object]] = [
+        lambda: serve(settings),
+        lambda: run_sweep(smoke, tmp_path / "out", settings=settings),
+        lambda: Store.open(settings.url),
+        lambda: Store.open(settings.url, migrate=False),
+        lambda: Store.revision(settings.url),
+    ]
+    for command in commands:
+        with pytest.raises(StoreUnavailable, match=r"revision 0012.* nothing was changed: keep it .*new data dir"):
+            command()
+        assert described(data) == before
+
+
+def described(folder: Path) -> dict[Path, tuple[int, bytes]]:
+    """Mode and content of a folder and of each file in it, but for the index of a log, which readers make anew."""
+    places = [place for place in folder.iterdir() if place.suffix != ".db-shm"]
+    contents = {place: (place.stat().st_mode, place.read_bytes()) for place in places}
+    return {folder: (folder.stat().st_mode, b""), **contents}
 
 
 def test_empty_database__gets_tables_on_request_alone(tmp_path: Path) -> None:
