@@ -140,5 +140,12 @@ def _chance(shot: Shot) -> Chance | None:
     return chance_of_diameter(shot) if isinstance(shot, ShotAtShield) else None
 
 
-GUIDE = Guide("shields", WALL_PERFORATED, "projectile_diameter", _chance)
+GUIDE = Guide(
+    "shields",
+    WALL_PERFORATED,
+    "projectile_diameter",
+    _chance,
+    doubt="simulations miss walls that were perforated, so that it is too large rather than too small; equations and "
+    "published shots decide (docs/does-my-shield-hold.md)",
+)
 FOUND = FailuresFound(WALL_PERFORATED, _found_at)

@@ -15,7 +15,7 @@ half even in the logarithm, so that a guide that errs costs one run. An end is t
 """
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
@@ -56,6 +56,7 @@ class Guide:
     outcome: str  # of which the limit is searched
     axis: str
     chance: "Callable[[Shot], Chance | None]"  # None where it is not known
+    doubt: str = ""  # why a limit of the outcome is experimental, along any axis
 
 
 class SearchVerdict(StrEnum):
@@ -143,6 +144,14 @@ def guide_of(outcome: str, axis: str) -> Guide | None:
     """The guide of a search; None where there is none."""
     every: list[Guide] = [*entries(__name__, "GUIDE").values()]
     return next((guide for guide in every if (guide.outcome, guide.axis) == (outcome, axis)), None)
+
+
+def doubts_of_searches(outcomes: Collection[str]) -> Iterator[str]:
+    """A sentence for each searched outcome whose limit is experimental."""
+    every: list[Guide] = [*entries(__name__, "GUIDE").values()]
+    for guide in every:
+        if guide.doubt and guide.outcome in outcomes:
+            yield f"limit_of {guide.outcome} is experimental: {guide.doubt}"
 
 
 def replay(

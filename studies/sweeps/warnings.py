@@ -8,6 +8,7 @@ from studies.laws import Shot
 from studies.quantities.findings import Doubt
 from studies.quantities.units import readable
 from studies.scenarios.parts.doubts import doubts_of, doubts_of_parameters
+from studies.sweeps.search import doubts_of_searches
 from studies.sweeps.sweep import Sweep
 
 # Damage number rho v^2 / Y from which on an impact deforms metal extensively: Johnson (1972), Impact Strength of
@@ -23,7 +24,8 @@ def warnings_of(sweep: Sweep) -> list[str]:
     shots = list(sweep.shots())
     numbers, ratios = [damage_number(shot) for shot in shots], [depths(shot) for shot in shots]
     slow, thick = sum(number < EXTENSIVE for number in numbers), sum(r > NO_SPALL for r in ratios)
-    warnings = [*doubtful_constants(sweep)]
+    searched = [axis.search.quantity for axis in sweep.axes if axis.search]
+    warnings = [*doubts_of_searches(searched), *doubtful_constants(sweep)]
     if slow:
         number = min(numbers)
         speed = readable(shots[numbers.index(number)].speed, "m s-1")

@@ -11,6 +11,7 @@ from studies.shields.shield import ShotAtShield
 from studies.shields.shots.chance import mean_of_curves
 from studies.sweeps.cost import cost_of
 from studies.sweeps.sweep import Sweep
+from studies.sweeps.warnings import warnings_of
 
 
 def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open() -> None:
@@ -28,6 +29,7 @@ def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open()
     }
     sweep = Sweep.parse(document)
     assert Sweep.parse(sweep.document()) == sweep
+    assert warnings_of(sweep)[0].startswith("limit_of wall_perforated is experimental")
     shots = list(sweep.shots())
     assert [shot.speed for shot in shots] == [3000.0, 7000.0]
     for shot in shots:
