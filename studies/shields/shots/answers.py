@@ -27,7 +27,7 @@ SHORT: Mapping[str, str] = {
     "whipple_jsc": "JSC",
     "whipple_reimerdes": "Reimerdes",
     "whipple_srl": "SRL",
-    "whipple_srl_three_walls": "SRL",
+    "whipple_srl_three_walls": "SRL, three walls",
 }
 LAWS = f"{CRITICAL_DIAMETER}_law"  # a dimension
 NO_EQUATION = SafeSize(Size.SPHERE, None, None, None, NoSize.NO_EQUATION)

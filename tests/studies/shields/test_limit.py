@@ -88,7 +88,7 @@ OPENINGS: dict[str, tuple[Any, dict[str, Any], float, tuple[str, ...], str]] = {
     ),
     "two bumpers": (
         *(PLAIN, {"fixed": bumpers(2)}, 3.0, ()),
-        "7 km/s: held to 2 mm, perforated from 4 mm (finds 7 of 17 failures); Schaefer (SRL) 4.76 mm.",
+        "7 km/s: held to 2 mm, perforated from 4 mm (finds 7 of 17 failures); Schaefer (SRL, three walls) 4.76 mm.",
     ),
 }
 
