@@ -100,7 +100,7 @@ def thumbnail(figure: Figure) -> Markup:
     """A drawing without words of the first panel, for lists."""
     size = (0.0, 0.0, 1.0, 1.0)
     with drawn_in_style():
-        drawing = map_chart(figure, SMALL[0], figure.panels[:1]) if figure.z else canvas(*SMALL)
+        drawing = map_chart(figure, OPENING["wide"][0], figure.panels[:1]) if figure.z else canvas(*SMALL)
         if figure.z is None:
             panel = figure.panels[0]
             marks, axes = Marks(figure, styles_of(figure)), drawing.add_axes(size)

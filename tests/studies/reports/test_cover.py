@@ -7,6 +7,7 @@ import pytest
 
 from studies.reports.cover import DRAWINGS, FIGURE, THUMBNAIL, drawing, read_cover, write_cover
 from studies.reports.report import report_of
+from studies.reports.view import MOST_POINTS
 from studies.sweeps.axes import Axis
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
@@ -16,8 +17,11 @@ LARGEST_THUMBNAIL = 20_000  # bytes: five hundred of them are on a page
 SPEEDS = (2e3, 3e3, 4e3, 5e3)
 
 
-def cover_of(folder: Path, speeds: tuple[float, ...] = SPEEDS) -> Path:
-    sweep = sweep_of(Axis("speed", "m s-1", speeds))
+MANY = tuple(1e-3 + 1e-4 * place for place in range(MOST_POINTS // 4 + 1))  # of which a figure is a map
+
+
+def cover_of(folder: Path, speeds: tuple[float, ...] = SPEEDS, thicknesses: tuple[float, ...] = (2e-3,)) -> Path:
+    sweep = sweep_of(Axis("speed", "m s-1", speeds), Axis("plate_thickness", "m", thicknesses))
     dataset = fakes.cube_of(sweep)
     files = {point.run.id: solved("thin_plate") / "sections.npz" for point in sweep.runs()}
     return write_cover(report_of(dataset, files).as_json(), files, folder / "cover.zip")
@@ -37,9 +41,10 @@ def test_cover__has_the_headline_and_the_drawings_of_the_first_screen(tmp_path: 
 
 
 def test_thumbnail__is_small_and_has_no_words(tmp_path: Path) -> None:
-    for speeds in (SPEEDS, SPEEDS[:1]):  # of a single point it is the picture
-        thumbnail = drawing(cover_of(tmp_path, speeds), THUMBNAIL)
+    # Of a single point it is the picture.
+    for speeds, thicknesses in ((SPEEDS, MANY[:1]), (SPEEDS[:1], MANY[:1]), (SPEEDS, MANY)):
+        thumbnail = drawing(cover_of(tmp_path, speeds, thicknesses), THUMBNAIL)
         assert len(thumbnail) < LARGEST_THUMBNAIL
-        assert (b"<image" in thumbnail) is (len(speeds) == 1)
+        assert (b"<image" in thumbnail) is (len(speeds) == 1 or thicknesses == MANY)
         titles = [each.tag for each in ET.fromstring(thumbnail).iter() if each.tag.endswith("title")]
         assert not titles
