@@ -31,6 +31,7 @@ from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
 
 ROUNDED = 1e-6  # relative: of a size, or a speed
+TENSION = "recoverable"  # of the drawn shots that were simulated
 FAR = 0.1  # probability to fail below which a shot is far from the limit of its shield: the lower risk of safe sizes
 LEAST_FOUND = (
     0.5  # share of the published failures that a simulation finds whose "holds" tells something near the limit
@@ -89,8 +90,10 @@ def failures_found_at(points: xr.Dataset) -> list[Share | None] | None:
     """
     if "failure" not in points:
         return None
-    found = zip(by_run(points, "failure"), normal_speeds(points), strict=True)
-    return [failures_found(str(failure), speed) for failure, speed in found]
+    speeds = normal_speeds(points)
+    tensions = by_run(points, "tension") if "tension" in points else [TENSION] * len(speeds)
+    found = zip(by_run(points, "failure"), tensions, speeds, strict=True)
+    return [failures_found(str(failure), speed) if tension == TENSION else None for failure, tension, speed in found]
 
 
 def normal_speeds(points: xr.Dataset) -> list[float]:

@@ -58,6 +58,11 @@ OPENINGS: dict[str, tuple[dict[str, Any], float, str]] = {
         "7 km/s, wall thickness 2 mm, 4 mm: 38\u202f% to fail (23 to 55), simulation cannot tell (finds 7 of 17 "
         "failures); 11\u202f% at wall thickness 5 mm.",
     ),
+    "another rule of tension": (
+        *({**ONE, "axes": {"wall_thickness": ["2 mm", "5 mm"]}, "fixed": {**WALLS, "tension": "opening"}}, 9.0),
+        "7 km/s, wall thickness 2 mm, 4 mm: 38\u202f% to fail (23 to 55), simulation cannot tell (never tested); "
+        "11\u202f% at wall thickness 5 mm.",
+    ),
     "models disagree": (
         *({**ONE, "axes": {"failure": ["none", "johnson-cook"]}}, -1.0),
         f"22\u202f% to fail (12 to 38); {EASIER}",
