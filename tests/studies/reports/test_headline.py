@@ -202,7 +202,7 @@ def test_headline__of_the_sweeps_that_ship_is_short_and_has_their_numbers(
     headline = json.loads((folder / "report.json").read_text("utf-8"))["headline"]
     with xr.open_dataset(folder / "cube.nc") as dataset:
         found = [dataset[each].values for each in OPENING[name]]
-    values = [float(value) * factor for each in found for value in each.ravel() for factor in (1e3, 1e6, 1e-6)]
+    values = [float(value) * factor for each in found for value in each.ravel() for factor in (1e3, 1e6, 1e-6, 1e-9)]
     text = headline.replace("\u202f", "").partition(": ")[2] if name == "aluminium" else headline.replace("\u202f", "")
     first = float(NUMBER.findall(text)[0])
     close = any(math.isclose(first, value, rel_tol=6e-3) for value in values)
