@@ -94,7 +94,7 @@ def read_json(file: Path) -> Any:
 def computed_rows(
     row_of: Callable[[Any, Path], KeptRow], places: Iterable[Any], directory: Path | None
 ) -> Iterator[KeptRow]:
-    """What a function says of each place, by the results in a folder, as it ends; a directory that is kept resumes."""
+    """Rows of ``row_of`` at each place, as they are computed; runs that the directory has are read from it."""
     with TemporaryDirectory() as temporary, ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         folder = (directory or Path(temporary)).resolve()
         for computing in as_completed([pool.submit(row_of, place, folder) for place in places]):

@@ -143,7 +143,7 @@ def computed_row(place: tuple[float, str, int], folder: Path) -> Mapping[str, An
 
 
 def computed_wall(about: Mapping[str, Any], asked: Callable[[], Run], folder: Path) -> Mapping[str, Any]:
-    """What a run says of a wall; where it is refused, because its space is too short for two grids, nothing."""
+    """The row of a wall: outcome, crater and flags of its run; "refused" where the space is too short for two grids."""
     try:
         run = asked()
     except InvalidInput:

@@ -156,7 +156,7 @@ class Connection:
         is_problem = "problem+json" in response.headers.get("content-type", "")
         self._has_responded |= is_problem or not response.is_error
         if response.is_error:
-            response.read()  # of a stream
+            response.read()  # the body of the error: a streamed response has none yet
             raise _error_of(response)
 
     def _wait(self, retries: "_Retries", error: httpx.TransportError | ServiceError) -> None:

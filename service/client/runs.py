@@ -9,7 +9,7 @@ from service.notebooks.folder import Animation, table
 if TYPE_CHECKING:
     from service.client.connection import Connection
 
-DIGITS = 4  # of a number
+DIGITS = 4  # significant ones, of the numbers that a table shows
 
 
 class RunDocument(dict[str, Any]):
