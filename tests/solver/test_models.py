@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared, temperature_at
 from solver.matter.eos.jwl import burnt_fraction
 from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.eos.polynomial import Polynomial
 from solver.matter.failure.spall import Spall
 from solver.matter.failure.void_growth import _root
 from solver.matter.laws import Matter
@@ -151,6 +152,16 @@ def test_lighting__goes_with_its_particle_when_they_are_sorted() -> None:
     backwards = {name: getattr(body, name)[::-1] for name in ("position", "velocity", "mass", "lighting")}
     simulation = start(replace(problem, bodies=(replace(body, **backwards),)))
     assert np.array_equal(simulation.table[-1], simulation.particles.position[:, 0] / TNT.velocity)
+
+
+@pytest.mark.parametrize(("density", "energy"), [(1200.0, 0.0), (1200.0, 3e5), (800.0, 1e5)])
+def test_polynomial__is_its_formula(density: float, energy: float) -> None:
+    c = (1e5, 2.2e9, 9.5e9, 1.457e10, 0.28, 0.3, 0.1)
+    water = Polynomial(1000.0, *c, 4186.0, 293.0, 1e6)
+    mu, volumetric = density / 1000.0 - 1.0, 1000.0 * energy
+    expected = c[0] + c[1] * mu + c[2] * mu**2 + c[3] * mu**3
+    expected += (c[4] + c[5] * mu + c[6] * mu**2) * volumetric
+    assert math.isclose(pressure(water, density, energy), expected, rel_tol=ROUND_OFF)
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,16 @@ def test_damping__is_defined_per_time(order: int, fixed_dt: float) -> None:
 
 
 @pytest.mark.claim("speed", "same-bits")
+@each_shape
+@pytest.mark.parametrize("scheme", [Scheme.MUSL, Scheme.USF])
+def test_scheme__gives_the_same_bits_with_any_number_of_threads(shape: Any, scheme: Scheme) -> None:
+    """Two threads change no bit in any shape and scheme."""
+    problem = two_blocks("axisymmetric", shape=shape, scheme=scheme, damping=Damping(1e6, 2))
+    serial, parallel = (after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2))
+    assert_same_bits(serial, parallel)
+
+
+@pytest.mark.claim("speed", "same-bits")
 @each_kind
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
     """Two and three threads change no bit."""
