@@ -117,7 +117,7 @@ def test_plates__creep_by_cells_and_stay_in_place_at_the_gap(compared: Callable[
 
 def overlap(contact: str, cells: float) -> tuple[float, float]:
     """Overlap of the faces in cells, their outermost layers as thick as the Hugoniot says, and what contact took."""
-    parameters = {
+    parameters: dict[str, str | float] = {
         "flyer": COPPER,
         "target": COPPER,
         "speed": SPEED,

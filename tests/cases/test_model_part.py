@@ -54,14 +54,14 @@ def test_model_part__is_what_its_runs_give(metal: str, compared: Callable[..., N
     """Each change of strength, failure and equation of state behind a metal's model part gives the stored hole."""
     (stored,) = [each for each in classes() if (each["scenario"], each["material"]) == ("thin_plate", metal)]
     answers = class_of("thin_plate", metal, SPEEDS[SPEED : SPEED + 1])["quantities"][HOLE]
-    holes = {change: values[SPEED] for change, values in stored["quantities"][HOLE].items()}
-    told = [change for change, hole in holes.items() if hole is not None]  # at this speed
-    compared(equal(f"{metal}: changes", expected=told, got=list(answers)))
+    at_speed = {change: values[SPEED] for change, values in stored["quantities"][HOLE].items()}
+    holes = {change: hole for change, hole in at_speed.items() if hole is not None}
+    compared(equal(f"{metal}: changes", expected=list(holes), got=list(answers)))
     for change, (value,) in answers.items():
         compared(relative(f"{metal}, {change}: hole (m)", expected=holes[change], got=value, within=KEPT))
     shares = stored_shares(stored, HOLE, SPEEDS[SPEED])
     compared(at_least(f"{metal}: share of strength", limit=KEPT, got=shares[STRENGTH]))
-    failures = stored_failures(stored, HOLE, SPEEDS[SPEED], stored[FAILURE])
+    failures = stored_failures(stored, HOLE, SPEEDS[SPEED], stored["failure"])
     if materials.load(metal).value_at("spall.strength") is not None:
         compared(at_least(f"{metal}: difference by failure", limit=KEPT, got=max(map(abs, failures.values()))))
     for name in CONTRIBUTIONS:
@@ -77,7 +77,7 @@ def test_failures__hold_what_those_of_any_constant_make_of_a_shot(compared: Call
 
     base = hole()
     (stored,) = [each for each in classes() if (each["scenario"], each["material"]) == ("thin_plate", "al-2024-t3")]
-    most = max(map(abs, stored_failures(stored, HOLE, SHOT["speed"], stored[FAILURE]).values()))
+    most = max(map(abs, stored_failures(stored, HOLE, SHOT["speed"], stored["failure"]).values()))
     for each in WIDEST:
         got = abs(hole(**each) / base - 1.0)
         compared(at_most(f"{each}: difference from the default", limit=most, got=got))

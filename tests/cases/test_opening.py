@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from solver.matter.eos import density_at_rest, pressure_terms
+from solver.matter.eos.mie_grueneisen import MieGrueneisen
 from solver.matter.laws import Matter
 from solver.matter.melting import LEAST_SPAN, SKELETON
+from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
 from solver.matter.stress import PointState, advance
-from solver.matter.tension.opening import DILUTE, LINKING, NOTCHED, RICE_TRACEY
+from solver.matter.tension.opening import DILUTE, LINKING, NOTCHED, RICE_TRACEY, OpeningTension
 from solver.problem import ArtificialViscosity
 from studies import materials
 from studies.scenarios.parts.matter import Fracture, matter
@@ -57,6 +59,7 @@ def test_matter__that_is_pulled_apart_takes_no_more_than_the_work_of_its_spall(
 ) -> None:
     """A point that grows to a third of its density takes the largest tension that it bore over the voids that link."""
     of = opening(name, failure)
+    assert isinstance(of.eos, MieGrueneisen)
     states = pulled(of)
     largest = max(-state.pressure for state in states)
     spall = largest * (1.0 / (1.0 - LINKING) - 1.0) / of.eos.density
@@ -138,6 +141,8 @@ def test_melting__takes_the_latent_heat_between_solidus_and_liquidus(
 @pytest.mark.parametrize("solid", [1.0, 0.9, SKELETON, 0.5])
 def test_strength_and_tension__fall_with_the_solid_share(solid: float) -> None:
     of = opening("al-2017-t4")
+    assert isinstance(of.strength, PerfectlyPlastic)
+    assert isinstance(of.tension, OpeningTension)
     kelvin = of.melting.solidus + (1.0 - solid) * of.melting.span
     left = max(0.0, (solid - SKELETON) / (1.0 - SKELETON))
     point = at_rest(of)._replace(temperature=kelvin, density=0.96 * of.eos.density)

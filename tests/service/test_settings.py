@@ -106,7 +106,7 @@ def test_password__of_the_database_is_read_from_a_file(tmp_path: Path) -> None:
     file = tmp_path / "password"
     file.write_text("a:b@c/d\n")
     given = {"database_url": "postgresql+psycopg://whipple@database/whipple", "database_password_file": file}
-    assert Settings(**given).url == "postgresql+psycopg://whipple:a%3Ab%40c%2Fd@database/whipple"
+    assert Settings.model_validate(given).url == "postgresql+psycopg://whipple:a%3Ab%40c%2Fd@database/whipple"
     assert Settings(database_password_file=file, data=tmp_path).url.startswith("sqlite:")
     for change, limit in (
         ({"database_url": "postgresql+psycopg://whipple:known@database/whipple"}, "without a password"),

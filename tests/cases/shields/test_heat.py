@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
+from solver.matter.tension.opening import OpeningTension
 from solver.problem import Problem
 from solver.simulation import simulate
 from solver.state import DAMPED, HARDENED, PULLED, SHEARED
@@ -36,11 +37,16 @@ class Heat(NamedTuple):
 
 def stage(shot: str, speed: float, **changes: str) -> Problem:
     """The bumper's stage of a sphere of 5.41 mm on 1.283 mm, with its heat kept."""
-    values = {"wall": "al-2219-t87", "projectile_diameter": 5.41e-3, "bumper_thickness": 1.283e-3, "stand_off": 0.1016}
+    sizes = {
+        "projectile_diameter": 5.41e-3,
+        "bumper_thickness": 1.283e-3,
+        "wall_thickness": 3.2e-3,
+        "stand_off": 0.1016,
+    }
     models = {"failure": "none", "tension": "opening", **changes}
     run = resolve(
         "whipple_shield",
-        {**values, **SHOTS[shot], **models, "wall_thickness": 3.2e-3, "speed": speed, "cells_per_diameter": CELLS},
+        {**sizes, **SHOTS[shot], **models, "wall": "al-2219-t87", "speed": speed, "cells_per_diameter": CELLS},
     )
     problem: Problem = run.set_up.build(run.materials).problem
     return replace(problem, audits_heat=True, end_time=FLIGHT * 5.41e-3 / speed)
@@ -64,12 +70,7 @@ def heat_of(problem: Problem) -> Heat:
 def by_shock_alone(problem: Problem) -> Problem:
     """The same of matter that bears next to no shear and no tension."""
     bodies = [
-        replace(
-            body,
-            matter=body.matter._replace(
-                strength=PerfectlyPlastic(SOFT), tension=body.matter.tension._replace(cutoff=WEAK)
-            ),
-        )
+        replace(body, matter=body.matter._replace(strength=PerfectlyPlastic(SOFT), tension=OpeningTension(WEAK)))
         for body in problem.bodies
     ]
     return replace(problem, bodies=tuple(bodies))

@@ -1,5 +1,6 @@
 """A clock that jumps deletes nothing, and by rule at most a tenth of what is stored goes in a day."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from tests.service.support.harness import Harness, open_harness
 
 LIMIT = 30 * DAY
 BEGIN = ClockReading(wall=1.8e9, running=1000.0, boot="first")
+Step = tuple[float, float] | tuple[float, float, str]
 
 
 def later(reading: ClockReading, seconds: float, *, jump: float = 0.0, boot: str | None = None) -> ClockReading:
@@ -22,7 +24,7 @@ def later(reading: ClockReading, seconds: float, *, jump: float = 0.0, boot: str
     return ClockReading(reading.wall + seconds + jump, running, boot or reading.boot)
 
 
-def history_of(*steps: tuple[float, float] | tuple[float, float, str]) -> ClockHistory:
+def history_of(*steps: Step) -> ClockHistory:
     """A history of readings: seconds later, jump, and the boot where it is another one."""
     reading, history = BEGIN, ClockHistory(BEGIN)
     for seconds, jump, *boot in steps:
@@ -31,7 +33,7 @@ def history_of(*steps: tuple[float, float] | tuple[float, float, str]) -> ClockH
     return ClockHistory.from_json(history.as_json())
 
 
-HISTORIES = {  # and whether deletion by age is paused after them
+HISTORIES: dict[str, tuple[Sequence[Step], bool]] = {  # and whether deletion by age is paused after them
     "steady": ([(HOUR, 0.0), (60 * DAY, 0.0)], False),
     "asleep": ([(90 * DAY, 0.0)], False),
     "steps of a time server": ([(HOUR, 1.0), (HOUR, -2.0)], False),

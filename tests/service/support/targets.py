@@ -58,7 +58,7 @@ class FakeRun:
     @staticmethod
     def from_json(plain: real.RunSpec) -> "FakeRun":
         """The run that ``as_json``, here or of a real run, wrote."""
-        id = plain["materials"][FAKE]["id"] if FAKE in plain["materials"] else real.Run.from_json(plain).id
+        id = str(plain["materials"][FAKE]["id"]) if FAKE in plain["materials"] else real.Run.from_json(plain).id
         return FakeRun(id, plain["parameters"], plain["scenario"])
 
 

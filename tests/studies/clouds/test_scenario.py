@@ -26,7 +26,7 @@ FASTEST = 1.1  # of the free surface's velocity 2 u_p; of like metals u_p is hal
 def asked(cells: float, **changes: float) -> Run:
     case = {"speed": SPEED, "projectile_diameter": DIAMETER, "plate_thickness": THICKNESS, "end_time": 9e-6}
     roles = dict.fromkeys(("projectile", "target"), "copper-ofhc")
-    return resolve("debris_cloud", {**case, **roles, "cells_per_diameter": cells} | changes)
+    return resolve("debris_cloud", {**case, **roles, "cells_per_diameter": cells, **changes})
 
 
 @pytest.mark.claim("clouds", "debris-cloud", minutes=10.0)

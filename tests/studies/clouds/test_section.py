@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 
 from studies.clouds.fragments import OF_PIECES, SIZES
@@ -12,7 +11,7 @@ from studies.cubes import cube
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import compare
 from studies.reports.opening import opening_of
-from studies.runs.results import RunResult
+from studies.runs.results import ReadDistribution, RunResult
 from studies.sweeps.axes import Axis
 from tests.claims.rows import Row, equal
 from tests.studies.support import fakes
@@ -24,8 +23,7 @@ from tests.studies.support.printed import undrawn_page
 def test_report__withholds_numbers_of_pieces_that_the_mesh_made(compared: Callable[[Row], None]) -> None:
     """A number of pieces that the mesh alone made is in no headline and no list of values; the page says so."""
     sweep = sweep_of(Axis("speed", "m s-1", (4e3, 6e3)), scenario="debris_cloud", fixed={"plate_thickness": 4e-3})
-    sizes = np.zeros(SIZES.count)
-    sizes[20:24] = 5.0
+    sizes: list[float | list[float]] = [5.0 if 20 <= size < 24 else 0.0 for size in range(SIZES.count)]
     outcomes = {}
     for point in sweep.runs():
         is_fast = point.run.parameters["speed"] == 6e3
@@ -33,7 +31,7 @@ def test_report__withholds_numbers_of_pieces_that_the_mesh_made(compared: Callab
             "fragments": fakes.measured(777.0 if is_fast else 20.0, *((COARSER_THAN_FRAGMENTS,) if is_fast else ())),
             "fragment_size_grady": fakes.measured(3e-4),
         }
-        over_size = {one.name: {"version": 1, "values": sizes.tolist()} for one in OF_PIECES}
+        over_size = {one.name: ReadDistribution(version=1, values=sizes) for one in OF_PIECES}
         outcomes[point.run.id] = RunResult(
             point.run.id,
             "succeeded",

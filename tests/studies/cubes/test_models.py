@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.models import BASE, stored_failures, stored_shares
+from studies.cubes.models import BASE, classes, stored_failures, stored_shares
 from studies.runs.results import RunResult
 from studies.sweeps.screening import EOS, STRENGTH, STRONGER, WEAKER, thrown_out
 from studies.sweeps.sweep import Sweep
@@ -155,8 +155,8 @@ def test_stored__of_another_alloy_names_the_alloy_that_it_is_of() -> None:
 
 
 def test_contribution__that_one_speed_does_not_tell_is_that_of_the_others_and_not_zero() -> None:
-    answers = {BASE: [1.0, 1.0, 1.0], SPALL: [1.1, 1.3, None], STRONGER: [None, None, 1.2]}
-    entry = {"failure": DEFAULT, "speeds": [3e3, 5e3, 7e3], "quantities": {"hole_diameter": answers}}
+    told: dict[str, list[float | None]] = {BASE: [1.0, 1.0, 1.0], SPALL: [1.1, 1.3, None], STRONGER: [None, None, 1.2]}
+    entry = classes()[0] | {"failure": DEFAULT, "speeds": [3e3, 5e3, 7e3], "quantities": {"hole_diameter": told}}
     for speed, spall in ((4e3, 0.2), (7e3, 0.3)):
         assert stored_shares(entry, "hole_diameter", speed) == pytest.approx({STRENGTH: 0.2})
         assert stored_failures(entry, "hole_diameter", speed, DEFAULT) == pytest.approx({"spall-rate": spall})

@@ -110,8 +110,8 @@ def test_export__is_read_by_vtk_with_every_field_unit_and_time(
         assert set(found) == {*map(str, film), "particle", "body"}
         assert about(grid)[0] == film.time.values[index]
         assert [about(grid)[1][number] for number in found["body"][0]] == frame.body.values.tolist()
-        for name in film:
-            array, unit = found[str(name)]
+        for name in map(str, film):
+            array, unit = found[name]
             np.testing.assert_array_equal(array, frame[name])
             assert unit == film[name].attrs["units"]
 

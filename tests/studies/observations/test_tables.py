@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import pytest
 
 from studies.observations import Observation, read_observations
 from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Plain
 from studies.quantities.texts import decoded, strictly_decoded
 from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import vocabulary
@@ -235,7 +236,7 @@ def test_refusals__are_one_for_each_column_with_its_first_rows() -> None:
 # ---- doors ---------------------------------------------------------------------------------------
 
 HOSTILE = SHAPES["tabs, decimal commas, UTF-16"]
-SWEEP = {
+SWEEP: Mapping[str, Plain] = {
     "scenario": "thin_plate",
     "fixed": {
         "projectile": "al-2017-t4",

@@ -146,7 +146,7 @@ def test_report__is_made_without_any_one_of_its_sections(taken: str, monkeypatch
 def test_report__is_made_where_the_feature_of_its_scenario_is_gone() -> None:
     cube = fakes.cube_of(fakes.holes())
     sweep = {**json.loads(cube.attrs["sweep"]), "scenario": "gone"}
-    document = report.report_of(cube.assign_attrs(scenario="gone", sweep=json.dumps(sweep))).as_json()
+    document = fakes.document_of(cube.assign_attrs(scenario="gone", sweep=json.dumps(sweep)))
     assert document["headline"]
     assert not document["setup"]["doubts"]
 

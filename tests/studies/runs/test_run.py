@@ -70,8 +70,9 @@ def test_identity__is_changed_by_every_physical_constant_of_each_material(path: 
     less = path == "thermal.solidus"  # which no constant may lie below
     other = COPPER.with_value(path, value * (1.0 - 1e-9 if less else 1.0 + 1e-9))
     opens = path.removeprefix("thermal.") in OF_OPENING
-    rule = {"tension": "opening"} if opens else {}
-    assert len({asked(**rule).id, asked(**rule, projectile=other).id, asked(**rule, target=other).id}) == 3
+    rule = "opening" if opens else ...
+    pairs = [(COPPER, COPPER), (other, COPPER), (COPPER, other)]
+    assert len({asked(tension=rule, projectile=one, target=another).id for one, another in pairs}) == 3
     assert (asked().id == asked(target=other).id) == opens, "matter that does not open does not take them"
 
 

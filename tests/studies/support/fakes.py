@@ -169,7 +169,7 @@ def mesh_error(run: Run) -> float:
         6000.0: -0.02 * math.log2(h) ** 2,  # grows with refinement
         7000.0: 0.06 * h**1.5,
     }
-    return kinds.get(float(run.parameters["speed"]), 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
+    return kinds.get(float(run.parameters["speed"] or 0.0), 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
 
 
 def result(run: Run) -> RunResult:
@@ -177,7 +177,7 @@ def result(run: Run) -> RunResult:
     shot = laws.shot_from(run.parameters, run.materials)
     wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
     if run.scenario == "thin_plate":
-        hole = HOLE_LAWS[1].ratio(shot, "") * DIAMETER * 1.04 * wavy
+        hole = float(HOLE_LAWS[1].ratio(shot, "")) * DIAMETER * 1.04 * wavy
         clear = measured(hole)
         clear = replace(clear, parts={**clear.parts, DEFINITION: 0.5 * 0.03 * hole})
         values = {"hole_diameter": clear, "hole_diameter_areal": measured(1.03 * hole)}

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
-from unittest.mock import patch
+from unittest.mock import Mock, patch
 
 from lxml.html import HTMLParser, fromstring
 from markupsafe import Markup
@@ -37,7 +37,8 @@ class Page:
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Pages whose figures are empty: to draw them is nearly all that a page costs."""
-    with patch.multiple(charts, **dict.fromkeys(("of_page", "opening", "thumbnail"), lambda *_: Markup())):
+    empty = Mock(return_value=Markup())
+    with patch.multiple(charts, of_page=empty, opening=empty, thumbnail=empty):
         yield
 
 

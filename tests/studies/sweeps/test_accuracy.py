@@ -228,7 +228,7 @@ def test_search__has_one_grid_for_all_values_of_a_point() -> None:
     fewest = [cells_of(each.runs()[0].run, 0.03) for each in (tries[0], tries[-1])]
     assert tries[0].resolutions == (max(fewest),)
     assert len({*fewest}) == 2
-    tried = sweep.tried(sweep.limits(lambda run: 1.0))
+    tried = sweep.tried(sweep.limits(lambda run: True))
     assert {*cells(tried)} == {*cells(sweep)}
 
 
