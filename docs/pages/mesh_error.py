@@ -52,6 +52,9 @@ BARS, BAR_CELLS = 20, (6, 8, 12, 16, 24, 36)
 BAR_LENGTH, BAR_DIAMETER = (3.0, 6.0), (5e-3, 12e-3)  # length over diameter; m
 BAR_LOAD = (0.3, 2.0)  # rho v^2 over the yield stress at a plastic strain of one
 
+# Plates of metals that are softer than this, hit fast, which the series above hold too few of.
+SOFT, SOFT_PLATES, SOFT_SPEED, SOFT_THICKNESS = 1e8, 12, (5.5e3, 8e3), (0.15, 0.6)  # Pa, m/s, in diameters
+
 CLOUDS = 24  # plates whose debris is measured too, on the grids of up to ``FINEST`` cells
 
 SPACES = (("quarter", 0.0), ("half", 0.0), ("half", 30.0), ("half", 60.0))  # each three times; degrees
@@ -114,6 +117,7 @@ def drawn() -> tuple[Series, ...]:
     chance = random.Random(SEED)
     plates = [*_plates(chance)]
     shots = [*plates, *_clouds(chance, plates), *_blocks(chance), *_bars(chance), *_spaces(chance)]
+    shots += _soft_plates(random.Random(SEED + 2))
     return tuple(Series(number, *shot) for number, shot in enumerate(shots))
 
 
@@ -212,6 +216,18 @@ def _spaces(chance: random.Random) -> Iterator[_Shot]:
         if degrees:
             shot["obliquity"] = math.radians(degrees)
         yield "space", "thin_plate", shot, _offsets(chance, SPACE_CELLS)
+
+
+def _soft_plates(chance: random.Random) -> Iterator[_Shot]:
+    strengths = {metal: yield_stress(materials.load(metal)) for metal in METALS}
+    soft = [metal for metal, strength in strengths.items() if strength is not None and strength < SOFT]
+    speeds, ratios = _spread(chance, SOFT_PLATES, *SOFT_SPEED), _spread(chance, SOFT_PLATES, *SOFT_THICKNESS, log=True)
+    diameters = _spread(chance, SOFT_PLATES, *DIAMETER, log=True)
+    for place, (speed, ratio, diameter) in enumerate(zip(speeds, ratios, diameters, strict=True)):
+        target = soft[place % len(soft)]
+        shot = {**_pair(chance, target, True), **_body(chance, diameter, False), "speed": speed}
+        shot["plate_thickness"] = float(f"{ratio * diameter:.4g}")
+        yield "plate", "thin_plate", shot, _offsets(chance, _grids_of_plate(ratio))
 
 
 @cache

@@ -149,8 +149,13 @@ def bias_terms(grid: MeshGrid) -> dict[str, float]:
 
 
 def scale_terms(grid: MeshGrid) -> dict[str, float]:
-    """Every part of a scale."""
-    return {"always": 1.0, "through": grid.through**-THROUGH_ORDER, "across": grid.across**-ACROSS_ORDER}
+    """Every part of a scale; that of the rim, from which pieces break on any grid, goes with speed over strength."""
+    return {
+        "always": 1.0,
+        "through": grid.through**-THROUGH_ORDER,
+        "across": grid.across**-ACROSS_ORDER,
+        "rim": grid.speed / SPEED * math.sqrt(STRENGTH / grid.strength) if math.isfinite(grid.through) else 0.0,
+    }
 
 
 @dataclass(frozen=True)
