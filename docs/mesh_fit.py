@@ -37,10 +37,7 @@ THICKNESSES, SPEEDS = (0.15, 0.4), (3e3, 5.5e3)  # t/d, and m/s, between bands
 DIGITS = 6
 
 # From one domain to the next narrower one: the field of a grid, and its new least value.
-NARROWER = (
-    *(("through", 3.0), ("through", 4.0), ("strength", 20e6), ("across", 14.0)),
-    *(("speed", 2e3), ("speed", 2.5e3), ("thickness", 0.1)),
-)
+NARROWER = (("through", 3.0), ("through", 4.0), ("across", 14.0), ("speed", 2e3), ("speed", 2.5e3), ("thickness", 0.1))
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ class MeshModel:
     def error_on(self, grid: MeshGrid) -> MeshError:
         """The mesh error on a grid."""
         bias = math.fsum(self.bias[name] * value for name, value in bias_terms(grid).items() if name in self.bias)
-        parts = (self.scale[name] * value for name, value in scale_terms(grid).items())
+        parts = (self.scale[name] * value for name, value in scale_terms(grid).items() if name in self.scale)
         wider = (self.in_space or math.inf) if grid.in_space else 1.0
         return MeshError(bias, wider * math.hypot(*parts), self.independent)
 
