@@ -32,7 +32,7 @@ LOWERS = 0.9  # share of what is left of left-out metals, to which a further ter
 LEAST_SCALE = 1e-4  # relative: below what any run resolves
 HELD = (0.90, 0.99)  # share of left-out differences that intervals of 95 % hold
 FEWEST_SERIES = 0.8  # share of the series that a domain keeps
-FURTHER = ("speed", "strength", "density")  # factors beside 1
+FURTHER = ("strength", "density")  # factors beside 1
 THICKNESSES, SPEEDS = (0.15, 0.4), (3e3, 5.5e3)  # t/d, and m/s, between bands
 DIGITS = 6
 

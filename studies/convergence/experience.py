@@ -22,7 +22,7 @@ STORED = Path(__file__).with_name("experience.json")
 
 FREEDOM = 5.0  # degrees of Student's distribution: Lange, Little and Taylor (1989), J. Am. Stat. Assoc. 84, 881
 NINETY_FIVE, NINETY_NINE = 2.5706, 4.0321  # its quantiles of 97.5 and 99.5 %
-SPEED, STRENGTH = 4e3, 3e8  # m/s and Pa, at which the terms of speed and strength vanish
+SPEED, STRENGTH = 4e3, 3e8  # m/s and Pa: units of speed and strength in the terms
 THROUGH_ORDER = 2  # of the error by cells through a plate: that of the scheme
 ACROSS_ORDER = 1  # by cells across what hits: the surface of what is hit is blurred by part of a cell
 FEWEST_CELLS, MOST_CELLS = 2, 512  # across, that an accuracy may ask for: those that a scenario takes
@@ -129,7 +129,7 @@ def bias_terms(grid: MeshGrid) -> dict[str, float]:
     """Every term that a bias may have: a power of the cells, alone and times a factor of the shot.
 
     >>> terms = bias_terms(MeshGrid("hole_diameter", across=10.0, through=2.0, speed=SPEED, strength=STRENGTH))
-    >>> terms["through"], terms["across"], terms["across speed"]
+    >>> terms["through"], terms["across"], terms["across strength"]
     (0.25, 0.1, 0.0)
     """
     powers = {
@@ -137,11 +137,7 @@ def bias_terms(grid: MeshGrid) -> dict[str, float]:
         "across": grid.across**-ACROSS_ORDER,
         "across squared": grid.across**-THROUGH_ORDER,
     }
-    factors = {
-        "speed": math.log(grid.speed / SPEED),
-        "strength": math.log(grid.strength / STRENGTH),
-        "density": math.log(grid.density_ratio),
-    }
+    factors = {"strength": math.log(grid.strength / STRENGTH), "density": math.log(grid.density_ratio)}
     return {
         **powers,
         **{f"{power} {factor}": value * times for power, value in powers.items() for factor, times in factors.items()},

@@ -10,7 +10,7 @@ from docs.mesh_fit import GROUPS, HELD, Shot, Value, fit, left_out, share_held, 
 from studies.convergence.experience import FREEDOM, MeshGrid, MeshModel, bias_terms, scale_terms
 
 TRUE = MeshModel(
-    {"through": 1.0, "across": 0.3, "through speed": 0.4, "across speed": -0.1},
+    {"through": 1.0, "across": 0.3, "through strength": 0.4, "across strength": -0.1},
     {"always": 0.003, "through": 0.05, "across": 0.05},
 )
 METALS = 4
@@ -39,8 +39,8 @@ def test_fit__finds_terms_and_scale_of_invented_series() -> None:
     model = fit(invented())
     assert model.bias.keys() == TRUE.bias.keys()
     for cells in (20.0, 40.0):
-        for speed in (2e3, 6e3):
-            grid = MeshGrid("hole_diameter", cells, 0.25 * cells, speed, 3e8)
+        for strength in (2e8, 5e8):
+            grid = MeshGrid("hole_diameter", cells, 0.25 * cells, 4e3, strength)
             found, true = model.error_on(grid), TRUE.error_on(grid)
             assert found.bias == pytest.approx(true.bias, abs=true.scale)
             assert found.scale == pytest.approx(true.scale, rel=0.3)
