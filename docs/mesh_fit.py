@@ -327,7 +327,7 @@ def held_by_two(shots: Sequence[Shot], wider: float) -> tuple[int, int]:
         model = replace(fit(others, wider), independent=True)
         for shot in group:
             if len(shot.values) > 2:
-                two = [(each.value, model.error_on(each.grid)) for each in reversed(shot.values[:2])]
+                two = [([each.value], model.error_on(each.grid)) for each in reversed(shot.values[:2])]
                 finest = model.error_on(shot.finest.grid)
                 value, point = finest.corrected(shot.finest.value), combined(two)
                 inside.append(abs(point.value - value) <= math.hypot(point.bar, finest.bar * value))

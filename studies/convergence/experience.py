@@ -214,25 +214,27 @@ class Combined:
 
     value: float
     bar: float  # half-width of 95 %, in the unit of the value
-    disagree: bool  # whether two grids differ by more than 99 % of what their mesh errors expect
+    disagree: bool  # whether two grids or offsets differ by more than 99 % of what their mesh errors expect
 
 
-def combined(grids: Sequence[tuple[float, MeshError]]) -> Combined:
-    """One value from the raw values on different resolutions, each with its mesh error there, the finest first.
+def combined(grids: Sequence[tuple[Sequence[float], MeshError]]) -> Combined:
+    """One value from the raw values on different resolutions, each of them at some offsets, the finest first.
 
-    Each counts by the inverse square of its scale. Where the finest and another differ by more than is expected the
-    bar holds what is seen.
+    Each resolution has its mean and its mesh error, and counts by the inverse square of its scale. Where the finest and
+    another, or an offset and the mean of its resolution, differ by more than is expected the bar holds what is seen.
     """
-    values = [error.corrected(value) for value, error in grids]
+    values = [[error.corrected(value) for value in offsets] for offsets, error in grids]
+    means = [math.fsum(offsets) / len(offsets) for offsets in values]
     weights = [error.scale**-2 for _, error in grids]
     total = math.fsum(weights)
-    value = math.fsum(weight * one for weight, one in zip(weights, values, strict=True)) / total
+    value = math.fsum(weight * mean for weight, mean in zip(weights, means, strict=True)) / total
     independent = all(error.independent for _, error in grids)
     bar = NINETY_FIVE * abs(value) * (total**-0.5 if independent else min(error.scale for _, error in grids))
     finest = grids[0][1].scale
     disagree = any(
-        abs(other - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])
-        for other, (_, error) in zip(values, grids, strict=True)
+        abs(mean - means[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(means[0])
+        or any(abs(one - mean) > NINETY_NINE * error.scale * abs(mean) for one in offsets)
+        for offsets, mean, (_, error) in zip(values, means, grids, strict=True)
     )
-    seen = max(abs(other - value) for other in values) if disagree else 0.0
+    seen = max(abs(one - value) for offsets in values for one in offsets) if disagree else 0.0
     return Combined(value, max(bar, seen), disagree)

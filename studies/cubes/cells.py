@@ -196,7 +196,7 @@ def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) 
     for spacing in spacings:
         here = [(error, value) for sample, error, value in known if sample.spacing == spacing]
         # The position of a grid changes no cell: its runs have one mesh error.
-        grids.append((math.fsum(value for _, value in here) / len(here), here[0][0]))
+        grids.append(([value for _, value in here], here[0][0]))
     point = combined(grids)
     rest = [sample.rest for sample, _, _ in known if sample.spacing == spacings[0]]
     verdict: ConvergenceVerdict = "grids disagree" if point.disagree else "mesh error known"

@@ -94,10 +94,18 @@ def test_cells_for__are_the_fewest_that_hold_an_accuracy() -> None:
 
 def test_several_grids__narrow_the_bar_or_disagree() -> None:
     coarse, fine = MeshError(0.1, 0.02), MeshError(0.02, 0.01)
-    agreeing = combined([(math.exp(0.02), fine), (math.exp(0.1), coarse)])
+    agreeing = combined([([math.exp(0.02)], fine), ([math.exp(0.1)], coarse)])
     assert agreeing.value == pytest.approx(1.0)
     assert agreeing.bar <= fine.bar
     assert not agreeing.disagree
-    apart = combined([(math.exp(0.02), fine), (1.3 * math.exp(0.1), coarse)])
+    apart = combined([([math.exp(0.02)], fine), ([1.3 * math.exp(0.1)], coarse)])
     assert apart.disagree
     assert apart.bar >= 1.3 - apart.value
+
+
+@pytest.mark.parametrize(("half", "disagree"), [(0.03, False), (0.05, True)])
+def test_offsets__of_one_grid_disagree_where_they_scatter_more_than_it_does(half: float, disagree: bool) -> None:
+    """Beyond 4.03 scales, the 99 % of Student's distribution, from their mean."""
+    point = combined([([1.0 - half, 1.0 + half], MeshError(0.0, 0.01))])
+    assert point.disagree == disagree
+    assert (point.bar >= half) == disagree
