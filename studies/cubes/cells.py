@@ -200,7 +200,7 @@ def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) 
     point = combined(grids)
     rest = [sample.rest for sample, _, _ in known if sample.spacing == spacings[0]]
     verdict: ConvergenceVerdict = "grids disagree" if point.disagree else "mesh error known"
-    reason = "the grids differ by more than 99 % of what the ensemble expects" if point.disagree else ""
+    reason = "grids or offsets differ by more than 99 % of what the ensemble expects" if point.disagree else ""
     measurement = math.hypot(*rest) / math.sqrt(len(rest))
     return Convergence(verdict, reason, point.value, point.bar, 0.0, measurement, levels=levels_of(samples))
 
